@@ -115,7 +115,7 @@ def push(
 
 
 def _refuse_hopeless(structure: DrivenStructure, steps: int, longest: float) -> None:
-    """Refuse a push whose predicted time is beyond ``longest`` [s].
+    """Refuse a push of a structure whose predicted time is beyond ``longest`` [s].
 
     ``steps`` are those of all its runs, 0 where the user chose them: only settling is then of unknown length.
 

@@ -275,6 +275,7 @@ class PushCurve(Curve, JointMarks):
         return out | flags({k: np.nan_to_num(v[-1]) for k, v in moved.items()}, self.assembly.joint_names, CRACK)
 
     def _joint(self, k: int) -> str:
+        """Joint number k in words, by its kind and its two blocks."""
         i = self.assembly.interfaces[k]
         return f"{i.kind} joint of {self.assembly.blocks[i.block_a].name} and {self.assembly.blocks[i.block_b].name}"
 
@@ -377,7 +378,7 @@ def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:
 
 
 def _zone_events(curve: PushCurve) -> list[Event]:
-    """Where the first zone yields, and where the first one cracks."""
+    """Where the first zone of a curve yields, and where the first one cracks; none of blocks without zones."""
     events = []
     for name, wanted in (("unit yields", (AT_YIELD, YIELDED)), ("unit cracks", (TENSION,))):
         for i, state in enumerate(curve.zones):

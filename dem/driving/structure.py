@@ -44,10 +44,10 @@ class Follower:
         self.origin, self.begun, self.clock = origin, done, time.perf_counter()
 
     def __call__(self, sampled: Mapping[str, Any]) -> object:
-        """Pass a sample to who listens, with the part done [-] and the time left [s]; what they answer is returned.
+        """Pass a sample on, with the part done [-] and the time left [s]; returns the answer.
 
-        A run counts steps from its ``origin``; ``begun`` of its ``count`` were there when it was taken up, and
-        ``before`` steps belong to runs before it, out of ``total``.
+        ``sampled`` is what was recorded, by name, and its "step". A run counts steps from its ``origin``; ``begun`` of
+        its ``count`` were there when it was taken up, and ``before`` steps belong to runs before it, out of ``total``.
         """
         if self.progress is None:
             return None

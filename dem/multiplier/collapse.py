@@ -103,7 +103,7 @@ def collapse(
 
 
 def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Prediction:
-    """Search for the largest load that stands, and repeat it for the error budget; as :func:`collapse`."""
+    """Search for the largest load that stands, and repeats of it, with the settings ``chosen``."""
     begun = time.perf_counter()
     unit = _unit(assembly, loads)
     points, model = chosen_points(assembly, chosen.contact_points, chosen.contact_model)
@@ -160,7 +160,10 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
 
 
 def _start(assembly: Assembly, loads: Loads, chosen: DemSettings, check: str) -> State:
-    """State that a search begins with: unloaded, changed as a check of the error budget asks, "" for none."""
+    """Unloaded state that a search with the settings ``chosen`` begins with.
+
+    Its joints are changed as a check of the error budget asks, "" for none.
+    """
     points, model = chosen_points(assembly, chosen.contact_points, chosen.contact_model)
     law = chosen.joint_options or JointOptions()
     if check == "stiffness":
@@ -179,7 +182,7 @@ def _start(assembly: Assembly, loads: Loads, chosen: DemSettings, check: str) ->
 def _budget(
     assembly: Assembly, loads: Loads, found: Search, chosen: DemSettings, controls: Controls
 ) -> tuple[dict[str, dict[str, Any]], list[str]]:
-    """Repeats of a search in changed models, by check, and notes on what they call in doubt.
+    """Repeats of a search in changed models, by check, and notes on doubts.
 
     Of each repeat: multiplier, its change [-], upper end and relative width of its bracket, steps, status.
 
@@ -223,7 +226,10 @@ def _budget(
 
 
 def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[float]) -> list[str]:
-    """Notes on a search with controls ``c`` that was interrupted, left loads undecided, or moved blocks far at rest."""
+    """Notes on a search ``found`` with controls ``c`` and the loads [-] that it left undecided.
+
+    They say that it was interrupted, what is undecided in its bracket, and that blocks moved far at rest.
+    """
     notes = []
     if "interrupted" in found.details:
         notes.append(f"interrupted while holding {found.details['interrupted']:.5g}: the bracket is not closed")
@@ -283,7 +289,7 @@ def _sway_notes(assembly: Assembly, found: Search, moved_limit: float) -> list[s
 
 
 def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
-    """A search gone on with from the largest load that stood, as one: record and steps are those of both.
+    """A search and what follows from its largest load that stood, as one search.
 
     Parameters
     ----------
@@ -304,7 +310,7 @@ def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Se
 
 
 def _at_half_rate(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
-    """Repeat of the last tenth of the climb of a search, with controls ``c`` and every increment halved."""
+    """Repeat of the last tenth of the climb of a search ``found``, every increment halved, with controls ``c``."""
     begin, state = found.near if found.near is not None else (0.0, found.state)
     climbed = [begin]
     for value, verdict in found.record:

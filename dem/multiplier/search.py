@@ -92,6 +92,7 @@ def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Cont
 
     Parameters
     ----------
+    loads : of which the dead ones act
     state : unloaded; changed
     scale : what unbalance and displacement are small against
     c : controls of the search
@@ -130,7 +131,9 @@ def increments(
 
     Parameters
     ----------
+    assembly, loads : the problem
     state : at rest without load, or in equilibrium under ``settled``
+    c : controls of the search
     through : loads to be held first; above the last one in steps of the bracket's width. Without them the climb starts
         with the first increment and its strides grow to a quarter of the load
     settled : load at which ``state`` is in equilibrium; None settles it under the dead load

@@ -11,6 +11,8 @@ from limitmason.model.base_motion import BaseMotion
 from limitmason.vibration.identification import Identified, identify_modes
 
 _AXES = {"x": 0, "y": 1, "z": 2}
+_EVEN = 1e-6  # of a step: samples as far apart as that differ in rounding alone [-]
+_SHORTEST = 0.1  # of the shortest period of a noise: time between its samples by default [-]; chosen
 
 
 def white_noise(
@@ -30,21 +32,22 @@ def white_noise(
     duration : [s]
     rms : root mean square of the acceleration [m/s2]; small enough that no joint opens
     highest, lowest : limits of the band [Hz]
-    direction : of the motion
+    direction : of the motion, of any length, shape (3,)
     sample_step : [s]; a tenth of the shortest period by default
     seed : of the random phases
     """
     if not (duration > 0.0 and rms > 0.0 and 0.0 < lowest < highest):
         raise InputError("white noise needs a positive duration and rms, and 0 < lowest < highest")
-    step = sample_step or 0.1 / highest
+    step = sample_step or _SHORTEST / highest
     n = round(duration / step)
-    if not 0.5 / step > highest:
+    if not 0.5 / step > highest:  # Nyquist's frequency
         raise InputError(f"sample_step {step:g} s is too long for {highest:g} Hz")
     frequency = np.fft.rfftfreq(n, step)
     phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(frequency))
     inside = (frequency >= lowest) & (frequency <= highest)
     # whole periods of every wave in the record: velocity ends where it began
     record = np.fft.irfft(np.where(inside, np.exp(1j * phase), 0.0), n)
+    # it comes and goes within half a period of the lowest wave, and keeps no velocity by that
     fade = np.minimum(1.0, np.minimum(np.arange(n), np.arange(n)[::-1]) * step * lowest * 2.0)
     record = record * fade
     record -= fade * (record.sum() / fade.sum())
@@ -93,10 +96,11 @@ def identify(
     if len(gaps) < 2:
         raise InputError("the history has too few samples")
     step = float(np.median(gaps))
-    even = np.abs(gaps - step) < 1e-6 * step
+    even = np.abs(gaps - step) < _EVEN * step
     # the longest stretch of equal gaps: the ends of stages are sampled too
     edges = np.flatnonzero(np.diff(np.concatenate([[False], even, [False]]).astype(int)))
     first, last = max(zip(edges[::2], edges[1::2], strict=True), key=lambda e: e[1] - e[0])
+    # sampled by time a run has few equal gaps in a row: they must be most of their stage
     stage = history.scalars["stage"]
     if 2 * (last - first) < np.count_nonzero(stage == stage[last]):
         raise InputError(
@@ -104,6 +108,7 @@ def identify(
             "whole number of steps"
         )
     rows = slice(first + int(np.ceil(skip / step)), last + 1)
+    # all held blocks move with the ground: the first stands for it
     held = np.flatnonzero(assembly.fixed)
     base = history.displacement_of(int(held[0]))[rows] if len(held) else 0.0
     signals = []

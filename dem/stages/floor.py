@@ -10,6 +10,9 @@ from dem.model.state import State
 from limitmason.arrays import Array, Flags
 from limitmason.model import Assembly
 
+_NO_SUM = 1e-9  # of the sizes of all loads: a sum below is rounding, and tells no direction [-]
+_UPRIGHT = 0.5  # an axis within 60 degrees of up must be held for a block to be a support [-]; chosen
+
 
 class Floor:
     """Level to which blocks fall that nothing holds.
@@ -24,40 +27,36 @@ class Floor:
     """
 
     def __init__(self, assembly: Assembly, dead: Array) -> None:
-        """Find up and the level of the floor, that of the lowest corner of the supports.
-
-        Where a block hangs below that, the floor lies so deep that only what falls out of the structure meets it.
-
-        Parameters
-        ----------
-        dead : wrench per block [N, N m], shape (n, 6), whose sum points down
-        """
+        """Find up and the level of the floor."""
         self.assembly, self.reach = assembly, reaches(assembly)
         total = dead[~assembly.fixed, :3].sum(axis=0)
-        pulls = float(np.linalg.norm(total)) > 1e-9 * float(np.abs(dead[:, :3]).sum())
+        pulls = float(np.linalg.norm(total)) > _NO_SUM * float(np.abs(dead[:, :3]).sum())
         self.up = -total / np.linalg.norm(total) if pulls else np.array([0.0, 0.0, 1.0])
-        held = assembly.held[:, :3] | (np.abs(self.up) < 0.5)
+        held = assembly.held[:, :3] | (np.abs(self.up) < _UPRIGHT)
         self.standing, self.margin = held.all(axis=1), near_margin(assembly)
         vertices, start = assembly.vertices
         height = vertices @ self.up
         low = np.minimum.reduceat(height, start[:-1])
         self.level = float(low[self.standing].min(initial=np.inf)) + self.margin
+        # what hangs below its supports has a floor deeper down, a size of the structure below its lowest corner
         if not pulls:
             self.level = -np.inf
         elif not low[~self.standing].min(initial=np.inf) > self.level:
             self.level = float(low.min() - np.linalg.norm(np.ptp(vertices, axis=0))) + self.margin
 
     def landed(self, state: State) -> Index:
-        """Numbers of the blocks that have met the floor, up to the gap at which blocks count as near."""
+        """Numbers of the blocks of a state that have met the floor, up to the gap at which blocks count as near."""
         bodies, assembly = state.bodies, self.assembly
         rise = bodies.shift @ self.up
         ground = rise[self.standing].mean() if self.standing.any() else 0.0
-        below = self.level + ground - assembly.centroids @ self.up - rise
+        # the floor against every centroid, upwards [m]: only blocks whose corners reach so far down can touch it
+        floor = self.level + ground - assembly.centroids @ self.up - rise
         vertices, start = assembly.vertices
         found = []
-        for k in np.flatnonzero(~self.standing & (self.reach > -below)):
+        for k in np.flatnonzero(~self.standing & (self.reach > -floor)):
             local = vertices[start[k] : start[k + 1]] - assembly.centroids[k]
-            if (local @ (self.up @ bodies.rot[k] + self.up)).min() <= below[k]:
+            # rot is the rotation less the unit matrix
+            if (local @ (self.up @ bodies.rot[k] + self.up)).min() <= floor[k]:
                 found.append(k)
         return np.array(found, dtype=np.intp)
 

@@ -56,6 +56,8 @@ COLUMNS = {
 OVERTURNED = np.radians(60.0)
 """Turn beyond which a block counts as overturned [rad]: past atan(b / h), where all fall that are h > .6 b high."""
 
+_NO_WORK = 1e-300  # what an energy is over where no load has done work yet [J]
+
 _ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", *MARKS)
 
 
@@ -118,7 +120,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
     recorded: Index | None = None
 
     def save(self, path: str | Path) -> None:
-        """Write everything but the assembly to a numpy archive.
+        """Write everything but the assembly to a numpy archive at a path.
 
         The file is whole, or the one that was there before. Samples that are in a store are not written to its own
         checkpoint again.
@@ -139,12 +141,13 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
 
     @classmethod
     def load(cls, path: str | Path, assembly: Assembly) -> History:
-        """Read a history written by :meth:`save`, the checkpoint of a run, or the folder of a :class:`dem.Store`.
+        """Read a history that was saved, or that a run has written on its way.
 
         Samples in a folder are read when they are looked at.
 
         Parameters
         ----------
+        path : file written by :meth:`save`, checkpoint of a run, or folder of a :class:`dem.Store`
         assembly : the one that was simulated; files hold no geometry
 
         Raises
@@ -217,6 +220,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
 
     @property
     def _blocks(self) -> Index:
+        """Numbers of the blocks in ``shift`` and ``quaternion``."""
         return np.arange(self.assembly.n_blocks) if self.recorded is None else self.recorded
 
     def rotation_of(self, block: int | str) -> Array:
@@ -232,15 +236,20 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         It unpacks as displacement, force. Its errors are the energy from nowhere over the largest work of the loads and
         the kinetic energy over the work so far, both [-].
 
+        Parameters
+        ----------
+        block : name or number
+        direction : of any length, shape (3,); the force that the drive exerts along it is positive
+
         Raises
         ------
         InputError
             For a block that is neither held nor driven, and a history with nothing recorded.
         """
-        d = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+        along = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
         i = self.assembly.block_index(block)
         return Curve(
-            self.displacement_of(i) @ d, self.reaction_of(i)[:, :3] @ d, label=self.assembly.blocks[i].name,
+            self.displacement_of(i) @ along, self.reaction_of(i)[:, :3] @ along, label=self.assembly.blocks[i].name,
             errors={"energy": self.energy_error / self._work, "kinetic": self.kinetic_ratio},
             status=self.status, warnings=self.warnings, source="dem",
             references=(*PAPERS, *data_behind(self.assembly.recipe)),
@@ -263,8 +272,10 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         if not len(self.shift) or not free.any():
             raise InputError("this history has no block that moves, or nothing recorded: it has no quantities")
         moved = np.linalg.norm(self._against_ground()[:, free], axis=2)
+        # a quaternion of a turn theta is (cos, sin times the axis) of theta / 2, up to its sign
         q = self.quaternion[:, free]
         turned = float(2.0 * np.arctan2(np.linalg.norm(q[..., 1:], axis=2), np.abs(q[..., 0])).max())
+        # only runs of real masses have a floor
         down = self.state.mode == DYNAMIC and len(Floor(self.assembly, self.state.dead).landed(self.state)) > 0
         return {
             "peak rotation": turned, "peak displacement": float(moved.max()),
@@ -272,7 +283,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         }
 
     def _against_ground(self) -> Array:
-        """Displacement of the recorded blocks against the mean of the held ones among them [m]."""
+        """Displacement of the recorded blocks against the mean of the held ones among them [m], (samples, r, 3)."""
         held = self.assembly.fixed[self._blocks]
         if held.any():
             return np.asarray(self.shift - self.shift[:, held].mean(axis=1, keepdims=True))
@@ -300,6 +311,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         out = []
         for k, block in enumerate(self.assembly.blocks):
             i = self._column(k)
+            # turn of a unit quaternion (s, v): 1 + 2 s [v] + 2 [v]^2, [v] the matrix of v x
             s, x, y, z = self.quaternion[sample, i]
             skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
             turn = np.eye(3) + 2.0 * s * skew + 2.0 * skew @ skew
@@ -326,7 +338,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
 
     @property
     def energy_error(self) -> Array:
-        """Energy from nowhere [J].
+        """Energy from nowhere [J], shape (samples,).
 
         Kinetic + elastic + friction + fracture + viscous + damping - applied - support, less what was kinetic and
         elastic before the first step. Damping is artificial, or what searches for contacts take: those found anew never
@@ -340,25 +352,19 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
     def _work(self) -> float:
         """Largest work of the loads [J], not quite zero."""
         applied, support = (np.abs(self.scalars[name]).max(initial=0.0) for name in ("applied", "support"))
-        return max(float(applied + support), 1e-300)
+        return max(float(applied + support), _NO_WORK)
 
     @property
     def kinetic_ratio(self) -> Array:
-        """Kinetic energy over the work of the loads so far [-].
-
-        Small where a run is quasi-static.
-        """
+        """Kinetic energy over the work of the loads so far [-], small where a run is quasi-static; shape (samples,)."""
         work = np.abs(self.scalars["applied"]) + np.abs(self.scalars["support"])
-        return self.scalars["kinetic"] / np.maximum(work, 1e-300)
+        return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)
 
     def kinetic_ratio_since(self, before: History) -> Array:
-        """Kinetic energy over the work since the end of an earlier history [-].
-
-        The work is that of loads and drives.
-        """
+        """Kinetic energy over the work of loads and drives since the end of an earlier history [-], (samples,)."""
         work = np.abs(self.scalars["applied"] - before.scalars["applied"][-1])
         work += np.abs(self.scalars["support"] - before.scalars["support"][-1])
-        return self.scalars["kinetic"] / np.maximum(work, 1e-300)
+        return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)
 
     def vibration(self, *, sliding: str = "sticks") -> VibratingSystem:
         """Blocks on the joints that the end of the run leaves closed.

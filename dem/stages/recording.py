@@ -32,6 +32,17 @@ _SUMS = {
 
 _NEVER = 10**9  # steps
 
+_LET, _LOOKED = 0.5, 0.45
+"""Way that a corner may travel between two searches, and after which one is made, over the margin of contacts [-].
+
+Steps to a search are counted out to the first; what has come as far as the second has all but arrived.
+"""
+
+EXPLODES = 10.0
+"""Kinetic energy, and energy from nowhere, over all there was to become kinetic, from which a run explodes [-]."""
+
+_DIRECTION = 1e-12  # cosine of rounding: a table that has turned about another axis lies farther off [-]
+
 LEAD = 0.05
 """Displacement after a ramp, over the largest one, from which blocks that went ahead of it are pointed out [-]."""
 
@@ -40,7 +51,14 @@ FALLEN = 2.0
 
 
 class Recorder:
-    """Load cases with their present factors, and the samples taken so far."""
+    """Load cases with their present factors, and the samples taken so far.
+
+    Parameters
+    ----------
+    assembly, loads, stages, settings : of the run
+    state : that the run changes
+    store : folder in which samples are kept; None for memory
+    """
 
     def __init__(
         self,
@@ -63,7 +81,8 @@ class Recorder:
         # loads on wholly held blocks go straight to the support and do not count
         dead, live = loads.rows("dead"), loads.rows("live")
         dead[assembly.fixed] = live[assembly.fixed] = 0.0
-        # the part of the dead load that is weight turns with a tilting table, the rest stays
+        # the part of the dead load that is weight turns with a tilting table, the rest stays; a block whose vertical
+        # dead load is nearer to nothing than to its weight was given none
         own = np.where(np.abs(dead[:, 2] - weight[:, 2]) <= np.abs(dead[:, 2]), 1.0, 0.0)[:, None] * weight
         east, north = np.zeros((n, 15)), np.zeros((n, 15))
         east[:, 0], north[:, 1] = -own[:, 2], -own[:, 2]
@@ -95,7 +114,7 @@ class Recorder:
         self.status = RunStatus.FINISHED
 
     def take_up(self, history: History) -> None:
-        """Go on with the samples of an interrupted run."""
+        """Go on with the samples, notes and sums of energy of an interrupted run, from its history."""
         self.blocks, self.notes, self.status = history.reaction_blocks, list(history.warnings), history.settings.status
         self.same = history.same
         self.samples.shapes["reaction"] = (len(self.blocks), 6)
@@ -116,6 +135,7 @@ class Recorder:
         ----------
         start : factors at the stage's beginning, shape (5,)
         part : parts of it from 0 to 1, shape (steps,)
+        stage : which says how they change; without a say in it they stay
         """
         out = np.tile(start, (len(part), 1))
         if isinstance(stage, Ramp):
@@ -127,7 +147,7 @@ class Recorder:
                 raise InputError(f"tilting axis {stage.axis} is not horizontal")
             y, x = axis[:2] / np.linalg.norm(axis) * (-1.0, 1.0)  # downhill: the axis turned by a right angle
             end, here = float(np.deg2rad(stage.to_deg)), start[weights]
-            if abs(here[1] * y - here[2] * x) > 1e-12:  # turned about another axis before
+            if abs(here[1] * y - here[2] * x) > _DIRECTION:  # turned about another axis before
                 # the weight turns on evenly, on the great circle from where it points to where it will
                 here, there = here / np.linalg.norm(here), np.array([np.cos(end), np.sin(end) * x, np.sin(end) * y])
                 way = float(np.arccos(here @ there))
@@ -138,6 +158,7 @@ class Recorder:
             angle = first + part * (end - first)
             out[:, weights] = np.column_stack([np.cos(angle), np.sin(angle) * x, np.sin(angle) * y])
         elif isinstance(stage, Settle) and stage.gently:
+            # parts are of the most steps that the stage may take
             out *= np.minimum(part * (stage.max_steps / stage.gently), 1.0)[:, None]
         return out
 
@@ -147,6 +168,7 @@ class Recorder:
         ``done`` are the stage's steps.
         """
         state = self.state
+        # real masses overshoot in truth; where steps were taken before, these loads are not the first
         if stage.gently or state.mode == DYNAMIC or state.total[kernels.E_STEPS] != done:
             return
         slid, moved = slid_and_moved(self.assembly, state)
@@ -208,11 +230,12 @@ class Recorder:
         return bool(len(met))
 
     def _beyond(self) -> bool:
-        """Whether the first contacts may no longer be all there are; noted when seen first."""
+        """Whether blocks have moved so far that the first contacts may no longer be all there are; noted at first."""
         block, moved = farthest(self.assembly, self.state, self.reach)
         beyond, names = moved > SMALL * self.margin, [block]
         if beyond:
-            # blocks that went along with their neighbours have the contacts they had
+            # blocks that went along with their neighbours have the contacts they had: what counts is how pairs that
+            # are near have moved against each other, and pairs that are near no longer
             around = Neighbours.of(self.assembly, self.state, Pieces.of(self.assembly), self.margin, None)
             due = np.flatnonzero(around.due() & ~(around.new & around.apart))
             beyond = bool(len(due) or len(around.gone))
@@ -234,13 +257,14 @@ class Recorder:
                 f"block{'s' * (len(names) > 1)} {words} had moved by {moved:.2g} m{against}, beyond small "
                 f"displacement, at step {step:.0f}: {what}"
             )
+        # a state that was continued may have contacts that were found anew already
         return beyond or bool((self.state.interface < 0).any())
 
     def steps_to_look(self) -> int:
         """Steps until contacts must be looked after: no corner may travel more than half the margin in between."""
         if self.every is None:
             return _NEVER
-        left = 0.5 * self.margin - self.watch.travelled
+        left = _LET * self.margin - self.watch.travelled
         step = travel_per_step(self.state, self.reach)
         steps = int(min(left / step, _NEVER)) if step > 0.0 else _NEVER
         if self.watch.searching:
@@ -251,21 +275,22 @@ class Recorder:
         """Search for contacts when it is time to, ``steps`` after the last call."""
         if self.every is None:
             return
-        w = self.watch
-        w.since += steps
-        w.travelled += steps * travel_per_step(self.state, self.reach)
-        if not w.searching:
-            # a little before half the margin, up to which steps_to_look lets corners travel
-            if w.travelled > 0.45 * self.margin:
-                w.travelled = 0.0
+        watch = self.watch
+        watch.since += steps
+        watch.travelled += steps * travel_per_step(self.state, self.reach)
+        far = watch.travelled > _LOOKED * self.margin
+        if not watch.searching:
+            if far:
+                watch.travelled = 0.0
                 self.start_looking()
-        elif w.since >= self.every or w.travelled > 0.45 * self.margin:
+        elif watch.since >= self.every or far:
             self._detect()
-        elif w.since >= w.due:
+        # open edges and corners alone, whose time comes before that of a search of all pairs
+        elif watch.since >= watch.due:
             self._detect(sharp=True)
 
     def _energies(self) -> dict[str, float]:
-        """Energies and works now [J], velocities half a step ago."""
+        """Energies and works now, by column [J]; kinetic energy is that of the velocities half a step ago."""
         state = self.state
         now = {"kinetic": state.energy_of_motion(), "elastic": state.measured(self.assembly).elastic_energy}
         return now | {c: float(state.total[k]) for c, k in _SUMS.items()}
@@ -298,23 +323,34 @@ class Recorder:
         self.watch.due = self.watch.since + max(SOONEST, int(min(soonest / self.state.dt, self.every or 0)))
 
     def add(self, state: State, stage: int) -> dict[str, float]:
-        """Record a sample; refuse a state in which energy appears from nowhere."""
+        """Record a sample, which is returned by column; refuse a state in which energy appears from nowhere.
+
+        Parameters
+        ----------
+        state : of the blocks now
+        stage : number of the stage, from 0
+
+        Raises
+        ------
+        UnstableError
+            Where kinetic energy is far more than the run began with or was given.
+        """
         now = state.measured(self.assembly)
-        e = state.total
+        sums = state.total
         force, moment = unbalance(state, self.scale)
         marks = joint_marks(state, now, len(self.assembly.interfaces))
         factors = state.factors
         row = {
             "time": state.time,
-            "step": float(e[kernels.E_STEPS]),
+            "step": float(sums[kernels.E_STEPS]),
             "stage": float(stage),
             "multiplier": float(factors[LIVE]),
             "tilt": float(np.arctan2(np.hypot(factors[WEIGHT_X], factors[WEIGHT_Y]), factors[WEIGHT])),
             "unbalanced force": force,
             "unbalanced moment": moment,
-            "kinetic": float(e[kernels.E_KINETIC]),
+            "kinetic": float(sums[kernels.E_KINETIC]),
             "elastic": now.elastic_energy,
-            **{c: float(e[k]) for c, k in _SUMS.items()},
+            **{c: float(sums[k]) for c, k in _SUMS.items()},
             "largest opening": float(now.opening.max(initial=0.0)),
             "largest slip": float(np.linalg.norm(now.slip, axis=1).max(initial=0.0)),
         }
@@ -326,8 +362,9 @@ class Recorder:
         self.worked = max(self.worked, worked)
         # all energy that could have become kinetic
         size = max(self.begun["kinetic"] + self.begun["elastic"] + self.worked, 1e-300)
+        # energy from nowhere: what is stored, lost and in motion, less the work that brought it in
         created = sum((row[c] - self.begun[c]) * (-1.0 if c in ("applied", "support") else 1.0) for c in self.begun)
-        explodes = row["kinetic"] > 10.0 * size and created > 10.0 * size
+        explodes = row["kinetic"] > EXPLODES * size and created > EXPLODES * size
         keeps_joints = self.store is None or self.store.joints
         if not explodes or not len(self.samples):  # of an explosion nothing is kept behind what was there before
             self.samples.add(
@@ -347,7 +384,10 @@ class Recorder:
         return row
 
     def history(self, status: RunStatus) -> History:
-        """History of all samples so far: columns, poses, joint marks, and the state to go on from."""
+        """History of all samples so far: columns, poses, joint marks, and the state to go on from.
+
+        ``status`` says how the run has ended, or that it has not.
+        """
         columns = self.samples.arrays()
         table = columns.pop("rows")
         return History(

@@ -37,26 +37,25 @@ class RunStatus(StrEnum):
 
 @dataclass
 class Watch:
-    """Steps and travel since contacts were looked for last [m], steps after which they must be, and whether at all."""
+    """When contacts must be looked for: what has happened since the last search."""
 
-    since: int = 0
-    travelled: float = 0.0
-    due: int = SOONEST
-    searching: bool = False
+    since: int = 0  # steps
+    travelled: float = 0.0  # way of the fastest corner [m]
+    due: int = SOONEST  # steps after which corners must be looked at
+    searching: bool = False  # False as long as nothing has moved beyond small displacement
 
 
 @dataclass
 class Position:
-    """Where in its stages a run stands.
-
-    All that a stage knows beside the state.
+    """Where in its stages a run stands: all that a stage knows beside the state.
 
     Parameters
     ----------
-    stage : number of the stage
-    done : steps of it taken
+    stage : number of the stage, from 0
+    done : steps of it taken, those of waiting left out
     begun, dt : time and time step at its begin [s]
-    factors, shift, quat, held : at its begin; ``held`` before the stage held any degrees of freedom itself
+    factors, shift, quat, held : of :class:`dem.model.state.State` at its begin, [-], [m], [-]; ``held`` before the
+        stage held any degrees of freedom itself, shapes (5,), (n, 3), (n, 4), (n, 6)
     quiet : checks in a row in which a Settle was quiet
     outcome : of the stage so far
     servo : vertical give [m/N] and summed lack [N] of every servo, which writes its own row, shape (s, 2)
@@ -88,7 +87,7 @@ class Position:
 
     @classmethod
     def from_arrays(cls, file: Archive) -> "Position | None":
-        """Inverse of :meth:`arrays`, or None where the run was over."""
+        """Inverse of :meth:`arrays`, from the file of a history; None where the run was over."""
         found: dict[str, Any] = file.group("position")
         if not found:
             return None
@@ -99,7 +98,7 @@ class Position:
 
 
 def part_file(checkpoint: str | Path | None, name: str) -> Path | None:
-    """File of one part of a run, beside the one the user named, or None where none was."""
+    """File of one part of a run, told by ``name``, beside the one the user named; None where none was."""
     if checkpoint is None:
         return None
     path = Path(checkpoint)
@@ -124,7 +123,7 @@ def stage_as_text(value: Any) -> str:
 
 
 def check_same_stages(stages: Sequence[Stage], before: Sequence[str]) -> None:
-    """Refuse stages other than those a run was cut off in.
+    """Refuse stages other than those a run was cut off in, ``before`` as texts.
 
     Raises
     ------
@@ -197,6 +196,13 @@ def check_same(path: Path, now: Mapping[str, str]) -> None:
 def check_continues(assembly: Assembly, state: State, loads: Loads, options: JointOptions | None) -> None:
     """Refuse to go on from a state with another model, other joint laws or other loads that act.
 
+    Parameters
+    ----------
+    assembly : the model now
+    state : to go on from, which knows its own model, laws and loads
+    loads : now
+    options : of the joints now; None for those of the state
+
     Raises
     ------
     InputError
@@ -213,6 +219,7 @@ def check_continues(assembly: Assembly, state: State, loads: Loads, options: Joi
                 "joint_options differ from those of the run that ended in this state, which goes on with its own laws: "
                 "leave them out, or make a new state"
             )
+    # nothing has acted yet
     if state.total[kernels.E_STEPS] == 0.0:
         return
     for case in ("dead", "live"):
@@ -238,11 +245,13 @@ class Interrupt:
 def interrupts_wait() -> Iterator[Interrupt]:
     """Keep an interrupt from the keyboard until the chunk of steps under way is complete, so that no state is torn."""
     waiting = Interrupt()
+    # only the main thread may say what a signal does
     if threading.current_thread() is not threading.main_thread():
         yield waiting
         return
 
     def note(*_: object) -> None:
+        """Take the signal down instead of stopping."""
         waiting.asked = True
         ends_early()
 

@@ -35,10 +35,7 @@ class Run(Protocol):
         """Stand ready for the first chunk of steps."""
 
     def advance(self) -> Mapping[str, Any] | None:
-        """A chunk of steps.
-
-        What was sampled at its end, None where nothing was.
-        """
+        """Take a chunk of steps: what was sampled at its end, by name, None where nothing was."""
 
     def finish(self) -> None:
         """Let go what the run has held."""
@@ -54,14 +51,13 @@ class Run(Protocol):
 def go(
     run: Run, *, progress: Progress | None = None, checkpoint: str | Path | None = None, checkpoint_every: int = 20
 ) -> RunStatus:
-    """Step a run to its end, or until somebody stops it.
-
-    How it ended.
+    """Step a run to its end, or until somebody stops it, and say how it ended.
 
     Parameters
     ----------
+    run : stands before its first step, or where one was cut off
     progress : called with every sample; returns True to stop
-    checkpoint : file that is written every ``checkpoint_every`` samples
+    checkpoint, checkpoint_every : file that is written every so many samples
 
     Raises
     ------
@@ -85,6 +81,7 @@ def go(
                 if stop or interrupt.asked:
                     return RunStatus.INTERRUPTED
             run.finish()
+    # where interrupts cannot wait, in a thread of its own, or the user's function was interrupted
     except KeyboardInterrupt:
         ends_early()
         return RunStatus.INTERRUPTED

@@ -47,6 +47,7 @@ def simulate(
 
     Parameters
     ----------
+    assembly : the structure
     stages : ``Settle``, ``Ramp``, ``Tilt``, ``Drive``, ``BaseMotion``, ``Hold``
     loads : dead and live loads; self weight alone by default, those of ``start`` where there is one. Blocks' weights
         are part of the dead loads
@@ -64,8 +65,8 @@ def simulate(
         begin when a sample sees two blocks that have moved by 2.5 % of the smallest block dimension against each other,
         and a warning says so: until then the contacts of the start are all there are. None keeps them for ever: wrong
         where blocks leave them or meet others
-    checkpoint : file to which the history so far is written every ``checkpoint_every`` samples; ``History.load`` and
-        :func:`resume` go on from it to the same bits, also when the process was killed
+    checkpoint, checkpoint_every : file to which the history so far is written every so many samples; ``History.load``
+        and :func:`resume` go on from it to the same bits, also when the process was killed
     model : options of :func:`dem.initial_state`, by name. ``mode`` is "quasi-static" (scaled masses, local damping; the
         default) or "dynamic" (real masses). ``contact_points`` are the points of a joint along both its sides,
         ``contact_model`` where they lie on it, ``dt`` the time step [s], the longest stable one in dynamic runs. With
@@ -109,7 +110,9 @@ def _gone(
 
     Parameters
     ----------
-    every : steps between two checkpoints
+    progress : called with every sample; returns True to stop
+    checkpoint : file, None for none; a run with a store has its own
+    every : samples between two checkpoints
     """
     store = run.rec.store
     if store is None:
@@ -131,12 +134,16 @@ def prepared(
     sample: int | float = 200, start: History | State | None = None, factors: Sequence[float] | None = None,
     detect_every: int | None = 50, store: Store | None = None, **model: Unpack[StateOptions],
 ) -> StageRun:
-    """Run that stands before its first step; arguments and errors as for :func:`simulate`."""
+    """Run that stands before its first step.
+
+    Arguments, errors and units are those of :func:`simulate`; ``store`` is the folder itself.
+    """
     listed = [stages] if isinstance(stages, Stage) else stages
     todo, chosen = list(several("stages", listed, Stage)), given(model, StateOptions, "simulate")
     if not todo:
         raise InputError("stages: give at least one, for example dem.Settle()")
     before = start.state if isinstance(start, History) else start
+    # a state that has taken steps bears its loads already
     notes = check_stages(todo, before is not None and before.time > 0.0)
     if damping is not None:
         instance("damping", damping, Damping)
@@ -183,9 +190,7 @@ def resume(
     checkpoint: str | Path | None = None,
     checkpoint_every: int = 20,
 ) -> History:
-    """Go on with a run that was interrupted in the middle of its stages.
-
-    It may have been killed after a checkpoint.
+    """Go on with a run that was interrupted in its stages, or killed after a checkpoint.
 
     What comes out is what the run would have given without the cut, to the last bit: the samples before it are kept.
 
@@ -206,7 +211,7 @@ def resume(
 
 
 def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
-    """Run that stands where a history does, see :func:`resume`.
+    """Run that stands where a history does in its ``stages``, see :func:`resume`.
 
     One that has ended stays so: a history without a position is over, and its status says how.
     """

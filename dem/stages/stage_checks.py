@@ -20,6 +20,7 @@ def check_stages(stages: Sequence[Stage], loaded: bool) -> list[str]:
 
     Parameters
     ----------
+    stages : all of a run
     loaded : whether loads act already when the first stage begins
 
     Raises
@@ -78,7 +79,10 @@ def servo_holds(stage: Stage, assembly: Assembly) -> Flags:
 
 
 def prescribed(assembly: Assembly, stages: Sequence[Stage]) -> Array:
-    """Twists that stages prescribe: of driven blocks, of the ground and of a tilting table, shape (k, 6)."""
+    """Twists that stages prescribe, of driven blocks, of the ground and of a tilting table, shape (k, 6).
+
+    Their directions alone count: they say whether a problem stays in its plane.
+    """
     rows = [np.zeros((0, 6))]
     for stage in stages:
         if isinstance(stage, Drive):

@@ -30,6 +30,10 @@ CALM_EVERY = 25
 PATIENCE = 3000
 """Steps in a row for which it stands still at most: what falls for good is never at rest."""
 
+_QUIET = 4  # checks in a row in which a Settle must find forces and moments small: one alone may hit a swing's middle
+_WHOLE = 1e-9  # of a step or a duration: what is nearer to a whole number of steps is one, but for rounding [-]
+_SUMMED = 0.25  # weight of what a jack's push has lacked so far against what it lacks now, times the gain [-]
+
 
 class StageRun:
     """A run of rigid or strained blocks, see :class:`dem.stages.run.Run`.
@@ -56,7 +60,7 @@ class StageRun:
     def where(self) -> tuple[float | None, str]:
         """Part of the stages that is done, None while a stage ends when it likes, and where it stands in words."""
         words = f"{type(self.stage).__name__.lower()}, stage {self.at.stage + 1} of {len(self.rec.stages)}"
-        # stages in steps; how many a Settle takes nobody knows
+        # of a Settle nobody knows how many steps it takes: it counts as none
         steps = [0.0 if isinstance(s, Settle) else self._steps_of(s) for s in self.rec.stages]
         done = self.at.done / max(self.at.done + max(self._remaining(), 0), 1)
         part = sum(steps[: self.at.stage]) + done * steps[self.at.stage]
@@ -102,7 +106,7 @@ class StageRun:
         if waits:
             at.waited += count
         else:
-            # who has run out of patience moves every other time
+            # who has run out of patience moves every other time: each chunk that moves gives as much patience back
             at.waited = at.waited - count if at.waited >= PATIENCE else 0
             at.done += count
         rec.look(count)
@@ -180,7 +184,10 @@ class StageRun:
         self.over = self.pause and number + 1 == len(rec.stages)
 
     def _prescribe(self, stage: Stage) -> None:
-        """Twists that the ground, a base motion, a drive and servos prescribe, and the freedoms that they hold."""
+        """Lay out what is prescribed in a stage: twists per unit of their factor, shape (d, n, 6), and what they hold.
+
+        They come in the order of :meth:`_speeds`: the ground that coasts, a base motion or a drive, and the servos.
+        """
         rec, state, at = self.rec, self.rec.state, self.at
         n, held = rec.assembly.n_blocks, rec.assembly.held.copy()
         if state.mode == DYNAMIC:
@@ -188,12 +195,13 @@ class StageRun:
         drives: list[Array] = []
         if state.ground.any():
             drives.append(_of_ground(held, state.ground))
-        self.own = len(drives)
+        self.own = len(drives)  # behind the ground stands what the stage itself prescribes
         if isinstance(stage, BaseMotion):
             if state.mode != DYNAMIC:
                 raise InputError("BaseMotion needs mode='dynamic': scaled masses have no inertia to speak of")
             drives += [_of_ground(held, d) for d in stage.units]
         elif isinstance(stage, Drive):
+            # a velocity: the whole travel in the length of the stage
             travel, hold = stage.twists(rec.assembly)
             drives.append(travel / (self.duration if self.steps is None else self.steps * at.dt))
             state.bodies.held[hold] = True
@@ -201,7 +209,7 @@ class StageRun:
             state.bodies.held[servo_holds(stage, rec.assembly)] = True
             for servo in self.servos:
                 jack = np.zeros((n, 6))
-                jack[servo.block, 2] = -1.0
+                jack[servo.block, 2] = -1.0  # downwards
                 drives.append(jack)
         self.drives = np.stack(drives) if drives else np.zeros((0, n, 6))
 
@@ -212,14 +220,16 @@ class StageRun:
             rec.note_slip(stage, at.done)
             if at.stage:
                 rec.note_motion_after_ramp(rec.stages[at.stage - 1], at.shift)
+        # the step that was shortened so that whole ones end with the stage; one that new contacts ask for stays
         if self.duration and np.isclose(
-            state.dt * np.ceil(self.duration / at.dt - 1e-9), self.duration, rtol=1e-9
+            state.dt * np.ceil(self.duration / at.dt - _WHOLE), self.duration, rtol=_WHOLE
         ):
-            state.dt = at.dt  # unless new contacts have shortened it
+            state.dt = at.dt
         held = at.held.copy()
         if isinstance(stage, Drive) and stage.keep:
             held |= stage.twists(rec.assembly)[1]
         state.bodies.held[:] = held
+        # a record that ends with velocity may leave the ground moving
         if isinstance(stage, BaseMotion) and stage.after == COAST:
             state.ground = state.ground + stage.left_over()[0]
         if at.outcome != RunStatus.FINISHED:
@@ -231,23 +241,26 @@ class StageRun:
         if self.steps is not None:
             return self.steps - self.at.done
         state = self.rec.state
-        return int(np.ceil((self.duration - (state.time - self.at.begun)) / state.dt - 1e-9))
+        return int(np.ceil((self.duration - (state.time - self.at.begun)) / state.dt - _WHOLE))
 
     def _sample_number(self) -> int:
         """Samples of the stage that are due by now: one every so many steps, or so many seconds."""
         if isinstance(self.sample, int):
             return self.at.done // self.sample
-        return int((self.rec.state.time - self.at.begun) / self.sample + 1e-9)
+        return int((self.rec.state.time - self.at.begun) / self.sample + _WHOLE)
 
     def _to_sample(self) -> int:
         """Steps to the next sample: to a multiple of a number of steps, or to the first step after one of a time."""
         if isinstance(self.sample, int):
             return self.sample - self.at.done % self.sample
         ahead = self.at.begun + (self._sample_number() + 1) * self.sample - self.rec.state.time
-        return max(1, int(np.ceil(ahead / self.rec.state.dt - 1e-9)))
+        return max(1, int(np.ceil(ahead / self.rec.state.dt - _WHOLE)))
 
     def _chunk(self) -> tuple[int, bool]:
-        """Steps of the next chunk, and whether the drive waits for calm in it."""
+        """Steps of the next chunk, and whether the drive waits for calm in it.
+
+        A chunk ends with the next sample, the stage, a search for contacts, or where a jack or calm must be looked at.
+        """
         rec, state, at, left = self.rec, self.rec.state, self.at, self._remaining()
         count = min(self._to_sample(), left, rec.steps_to_look())
         if self.servos:
@@ -255,14 +268,14 @@ class StageRun:
         if self.steps is None:
             # the stage ends at a whole step: what it prescribes is neither stretched nor overshot
             rest = self.duration - (state.time - at.begun)
-            if abs(left * state.dt - rest) > 1e-9 * rest:
+            if abs(left * state.dt - rest) > _WHOLE * rest:
                 state.dt = rest / left
         if self.calm is None:
             return count, False
         return min(count, CALM_EVERY), at.waited < PATIENCE and restless(state, self.calm)
 
     def _table(self, count: int) -> Array:
-        """Factors of the load cases before and after each of the next steps, shape (count + 1, c)."""
+        """Factors of the load cases before and after each of the next ``count`` steps, shape (count + 1, 5)."""
         at, state, ahead = self.at, self.rec.state, np.arange(count + 1)
         if self.steps is not None:
             part = (at.done + ahead) / self.steps
@@ -271,15 +284,17 @@ class StageRun:
         return self.rec.table(at.factors, part, self.stage)
 
     def _speeds(self, count: int, waits: bool) -> Array:
-        """Factors of the prescribed twists in each of the next steps, shape (count, d).
+        """Factors of the prescribed twists in each of the next steps, in their order, shape (count, d).
 
         Parameters
         ----------
+        count : steps
         waits : whether the drive stands still until the blocks are calm
         """
         state, at, stage = self.rec.state, self.at, self.stage
         speeds = np.ones((count, len(self.drives) - len(self.servos)))
         if isinstance(stage, BaseMotion):
+            # the velocity of a step is that of its middle
             elapsed = state.time - at.begun
             times = np.asarray(elapsed + (np.arange(1, count + 1) - 0.5) * state.dt, dtype=np.float64)
             speeds[:, self.own :] = stage.velocity(times)
@@ -299,14 +314,16 @@ class StageRun:
         rec, at, stage = self.rec, self.at, self.stage
         over = False
         if isinstance(stage, Settle):
+            # what jacks lack counts too, over the mean load of a block
             off = max((abs(servo.lacking(rec.state)) for servo in self.servos), default=0.0)
             worst = max(sampled["unbalanced force"], sampled["unbalanced moment"], off / rec.scale.force)
             at.quiet = at.quiet + 1 if worst < stage.tolerance else 0
-            over = at.quiet >= 4 and at.done >= stage.gently
+            over = at.quiet >= _QUIET and at.done >= stage.gently
             at.outcome = RunStatus.FINISHED if over else at.outcome
             over = over or (rec.state.mode != DYNAMIC and rec.fallen(at.shift))
         if stage.stop_when_moved is not None:
             start = at.shift
+            # against a ground that moves, the mean of the held blocks
             if isinstance(stage, BaseMotion) or rec.state.ground.any():
                 start = start + (rec.state.bodies.shift - start)[rec.assembly.fixed].mean(axis=0)
             over = over or displacement_since(rec.state, start, at.quat, rec.scale) > stage.stop_when_moved
@@ -314,21 +331,21 @@ class StageRun:
 
 
 def _of_ground(held: Flags, velocity: Sequence[float] | Array) -> Array:
-    """Twists of all held blocks that move with the ground, shape (n, 6)."""
+    """Twists of all blocks that move with the ground at a velocity [m/s], on the freedoms held, shape (n, 6)."""
     out = np.zeros(held.shape)
     out[:, :3] = held[:, :3] * np.asarray(velocity)
     return out
 
 
 class _Jack:
-    """A servo at work: block, wanted push [N], and its row in :attr:`Position.servo`: what it has learnt."""
+    """A servo at work: block, wanted push downwards [N], and its row in :attr:`Position.servo`: what it has learnt."""
 
     def __init__(self, assembly: Assembly, state: State, block: int | str, servo: Servo, learnt: Array) -> None:
         """Jack on a block, with what it has learnt before.
 
         Parameters
         ----------
-        learnt : gain over stiffness [m/N] and summed error [N], changed as it learns, shape (2,)
+        learnt : gain over stiffness [m/N], 0 where the jack begins, and summed lack [N], changed as it learns; (2,)
         """
         self.block, self.force, self.gain = assembly.block_index(block), servo.force, servo.gain
         stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, ties=state.ties)[self.block, 2, 2]
@@ -339,13 +356,13 @@ class _Jack:
             learnt[0] = servo.gain / stiffness
 
     def lacking(self, state: State) -> float:
-        """Force wanted less the push in the last step [N]."""
+        """Force wanted less the push in the last step [N], both downwards."""
         return float(self.force - state.bodies.net[self.block, 2])
 
     def velocity(self, state: State, steps: int) -> float:
-        """Downward velocity for the next steps [m/s]."""
+        """Downward velocity for the next ``steps`` [m/s], as :class:`limitmason.model.stages.Servo` says."""
         off = self.lacking(state)
-        # out of contact there is nothing to learn a speed from
+        # out of contact all of the force is lacking, and there is nothing to learn a speed from
         self.learnt[1] = self.learnt[1] + steps * off if off < self.force else 0.0
         give, lacked = self.learnt.tolist()
-        return float(give * (off + 0.25 * self.gain * lacked) / state.dt)
+        return float(give * (off + _SUMMED * self.gain * lacked) / state.dt)

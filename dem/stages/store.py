@@ -89,7 +89,14 @@ class Samples:
 
 
 class StoredSamples(Samples):
-    """Columns of a record that are files, an entry for every sample."""
+    """Columns of a record that are files, an entry for every sample.
+
+    Parameters
+    ----------
+    folder : of the files
+    shapes : of an entry of each column
+    count : samples that are there and count
+    """
 
     def __init__(self, folder: str | Path, shapes: Mapping[str, tuple[int, ...]], count: int = 0) -> None:
         super().__init__(**shapes)
@@ -141,12 +148,16 @@ class StoredSamples(Samples):
         self.count += 1
 
     def take_up(self, arrays: Mapping[str, Any]) -> None:
-        """Go on after the samples of a run before, whose arrays are those of the files."""
+        """Go on after the samples of a run before, whose arrays are those of the files.
+
+        Of the arrays only their length counts: what a killed run wrote behind its last checkpoint is cut off.
+        """
         self.count = len(arrays["rows"])
         self.begin()
 
     def arrays(self) -> dict[str, Any]:
         """All samples of every column, shape (samples, ...), read from the files where they are looked at."""
+        # a column of no samples, or of entries without numbers, has an empty file, which cannot be mapped
         return {
             name: np.memmap(self._file(name), "<f8", "r", shape=(self.count, *shape))
             if self.count and self._row(name) else np.zeros((self.count, *shape))
@@ -154,8 +165,9 @@ class StoredSamples(Samples):
         }
 
     def _file(self, name: str) -> Path:
+        """File of a column."""
         return self.folder / f"{name}.f8"
 
     def _row(self, name: str) -> int:
-        """Bytes of a sample."""
+        """Bytes of a sample of a column."""
         return 8 * int(np.prod(self.shapes[name], dtype=np.int64))

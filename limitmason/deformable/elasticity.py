@@ -77,7 +77,7 @@ class Elasticity(ReadOnly):
     def contraction(self) -> float:
         """Lateral contraction over the strain along a bar free sideways in this state [-].
 
-        nu, or nu / (1 - nu).
+        nu, or nu / (1 - nu) in plane strain.
         """
         return self.lame / (self.lame + 2.0 * self.shear) if self.plane else 0.5 * self.lame / (self.lame + self.shear)
 
@@ -85,7 +85,7 @@ class Elasticity(ReadOnly):
     def bar_modulus(self) -> float:
         """Stress over strain along a bar that is free sideways in this state [Pa].
 
-        E, or E / (1 - nu^2).
+        E, or E / (1 - nu^2) in plane strain.
         """
         return 2.0 * self.shear * (1.0 + self.contraction)
 
@@ -99,11 +99,13 @@ class Elasticity(ReadOnly):
         their shear and the stress across the plane, from two strains and an angle, shape (4, 3).
         """
         d = np.zeros((4, 3) if self.plane else (6, 6))
+        # stresses along the axes come first, then shears
         direct = 2 if self.plane else 3
         d[:direct, :direct] = self.lame
         d[range(direct), range(direct)] += 2.0 * self.shear
         shears = range(direct, d.shape[1])
         d[shears, shears] = self.shear
+        # held across the plane; in plane stress that stress is zero
         if self.state == PLANE_STRAIN:
             d[3, :2] = self.lame
         return d

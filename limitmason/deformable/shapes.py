@@ -19,6 +19,7 @@ from limitmason.model.block import Block
 from limitmason.storage.frozen import ReadOnly
 
 _SQUARE = 1e-6  # sides and faces this nearly equal count as equal
+_PRISM = 1e-6  # cosine, or what it lacks of 1, up to which a face is along or across the normal of a plane
 _ALIKE = 0.6  # cosine from which equal ones set an axis together; of a square's sides the first one given sets it
 
 
@@ -64,38 +65,35 @@ class Body(ReadOnly):
         return len(self.coefficients)
 
     def displacement(self, points: Array) -> Array:
-        """Displacement of every shape at points (m, 3), shape (m, k, 3).
-
-        It is in [m] per unit of the shape's coordinate.
-        """
+        """Displacement of every shape at points [m], (m, 3), per unit of its coordinate [m], shape (m, k, 3)."""
         value, _ = products(self._scaled(points), self.powers)
         return np.asarray(np.einsum("me,kce,ci->mki", value, self.coefficients, self.axes, optimize=True))
 
     def strain(self, points: Array) -> Array:
-        """Strain of every shape at points, shape (m, k, 3, 3)."""
+        """Strain of a unit of every shape at points [m], (m, 3), along the global axes [-], shape (m, k, 3, 3)."""
         _, slope = products(self._scaled(points), self.powers)
         gradient = np.einsum("mej,kce->mkcj", slope / self.half, self.coefficients, optimize=True)
         own = 0.5 * (gradient + gradient.transpose(0, 1, 3, 2))
         return np.asarray(self.axes.T @ own @ self.axes)
 
     def stress(self, points: Array) -> Array:
-        """Stress of a unit of every shape at points [Pa], shape (m, k, 3, 3).
-
-        Tension is positive.
-        """
+        """Stress of a unit of every shape at points [m], (m, 3), tension positive [Pa], shape (m, k, 3, 3)."""
         return self.elasticity.stress(self.strain(points))
 
     def linear_stress(self, block: Block) -> tuple[Array, Array]:
-        """Mean stress of every shape [Pa] and the gradient nearest to its stress [Pa/m].
+        """Mean stress of every shape [Pa] and the gradient nearest to its stress [Pa/m], per unit of its coordinate.
 
-        Shapes (k, 3, 3) and (k, 3, 3, 3).
+        Shapes (k, 3, 3) and (k, 3, 3, 3), the last index along which it changes. The block is the one that the shapes
+        are of.
         """
         x, w = volume_points(block.parts[0], block.centroid)
         stress = self.stress(x + block.centroid)
+        # least squares over the volume: about the centroid mean and gradient are found one without the other
         moment = np.einsum("m,mkij,mp->kijp", w, stress, x, optimize=True)
         return np.tensordot(w, stress, axes=1) / w.sum(), np.asarray(moment @ np.linalg.inv((w * x.T) @ x))
 
     def _scaled(self, points: Array) -> Array:
+        """Coordinates of points [m] along the block's axes over its half extents [-], shape (m, 3)."""
         return np.asarray((np.asarray(points, dtype=float) - self.centroid) @ self.axes.T / self.half)
 
 
@@ -104,8 +102,18 @@ class Polynomials:
 
     Parameters
     ----------
+    block : convex
     elasticity : of its material, with the plane
-    degree : of the polynomials
+    degree : of the polynomials, the largest sum of powers
+
+    Attributes
+    ----------
+    axes, half, powers : as of :class:`Body`
+    used : numbers of the axes along which blocks are displaced: in a plane the second is its normal
+    points, weight : quadrature points [m], shape (m, 3), and their weights [m3], shape (m,)
+    local : points from the centroid along the axes [m], shape (m, 3)
+    value : of every product at the points, shape (m, e)
+    gram : integrals of all products of two of them [m3], shape (e, e)
 
     Raises
     ------
@@ -114,12 +122,7 @@ class Polynomials:
     """
 
     def __init__(self, block: Block, elasticity: Elasticity, degree: int) -> None:
-        """Lay out axes, products and a quadrature that is exact for their squares.
-
-        Parameters
-        ----------
-        degree : largest sum of powers
-        """
+        """Lay out axes, products and a quadrature that is exact for their squares."""
         if len(block.parts) != 1:
             raise InputError(
                 f"block {block.name!r} is not convex ({len(block.parts)} pieces): the shapes are those of one convex "
@@ -135,7 +138,7 @@ class Polynomials:
         order = range(degree + 1)
         self.powers = np.array([
             (i, j, k) for i in order for j in order for k in order
-            if i + j + k <= degree and not (elasticity.plane and j)
+            if i + j + k <= degree and not (elasticity.plane and j)  # nothing changes across a plane
         ])
         points, self.weight = volume_points(solid, block.centroid, 2 * degree)
         self.points = points + block.centroid
@@ -164,27 +167,29 @@ class Polynomials:
         return replace(out, stiffness=0.5 * (stiffness + stiffness.T), mass=0.5 * (mass + mass.T))
 
     def fitted(self, shapes: Array) -> Array:
-        """Coefficients of shapes without mean displacement and rotation, from their values at the points, own axes.
+        """Coefficients of shapes without mean displacement and rotation, shape (k, 3, e).
 
         Parameters
         ----------
-        shapes : polynomials up to the degree, shape (m, k, 3)
+        shapes : values at the points of polynomials up to the degree, along the block's axes [m], shape (m, k, 3)
         """
         w, x = self.weight, self.local
-        # take off the mean, and the rotation of least squares
+        # take off the mean, and the rotation of least squares, for which the body is as rigid as one of density 1
         u = shapes - np.tensordot(w, shapes, axes=1) / w.sum()
         inertia = np.einsum("m,mij->ij", w, (x**2).sum(axis=1)[:, None, None] * np.eye(3) - x[:, :, None] * x[:, None])
         spin = np.linalg.solve(inertia, np.einsum("m,mki->ik", w, np.cross(x[:, None], u)))
         u = u - np.cross(spin.T, x[:, None])
+        # least squares again, which polynomials of the degree meet exactly
         values = np.tensordot((w[:, None] * self.value).T, u, axes=1)  # (e, k, 3)
         solved = np.linalg.solve(self.gram, values.reshape(len(self.gram), -1))
         return np.asarray(solved.reshape(values.shape).transpose(1, 2, 0))
 
 
 def materials_of(assembly: Assembly, state: str, normal: ArrayLike | None = None) -> list[Elasticity | None]:
-    """Elasticity of every block, or None where a block has no material or is wholly held.
+    """Elasticity of every block, None where it has no material or is wholly held.
 
-    Parameters and errors are those of :func:`limitmason.deformable.simply_deformable_blocks`.
+    Arguments and errors are those of :func:`limitmason.deformable.simply_deformable_blocks`: a ``state`` of stress and
+    the ``normal`` of its plane. Blocks of one material share one object.
     """
     if state == SOLID and normal is not None:
         raise InputError("a normal is for plane stress and plane strain; in space leave it out")
@@ -199,19 +204,26 @@ def materials_of(assembly: Assembly, state: str, normal: ArrayLike | None = None
 
 
 def block_axes(solid: Solid, normal: Array | None) -> Array:
-    """Axes of a block as the rows of a right-handed frame.
+    """Axes of a convex block as the rows of a right-handed frame, shape (3, 3).
 
     In space they are the longest side of the largest face, the direction across it, and its normal. In a plane they are
     the longest side, the normal of the plane, and their cross product.
+
+    Parameters
+    ----------
+    solid : the block [m]
+    normal : unit normal of the plane, shape (3,); None in space
     """
     # from a corner of its own: products of map coordinates would leave nothing of the block
     corners = [solid.vertices[list(face)] - solid.vertices[0] for face in solid.faces]
     sides = [np.roll(c, -1, axis=0) - c for c in corners]
     if normal is not None:
+        # sides as they are seen along the normal
         flat = np.concatenate([s - np.outer(s @ normal, normal) for s in sides])
         along, _ = _longest(flat)
         return np.stack([along, normal, np.cross(along, normal)])
     across, faces = _longest(np.array([np.cross(c, np.roll(c, -1, axis=0)).sum(axis=0) for c in corners]))
+    # two equal faces need not be parallel, as a voussoir's beds: their sides are laid into the plane between them
     flat = np.concatenate([sides[k] for k in faces])
     along, _ = _longest(flat - np.outer(flat @ across, across))
     return np.stack([along, np.cross(across, along), across])
@@ -223,6 +235,7 @@ def _longest(vectors: Array) -> tuple[Array, Index]:
     Of equally long ones, as of a voussoir's two beds, it is the mean of those that nearly point along the first.
     """
     size = np.linalg.norm(vectors, axis=1)
+    # sense does not count: opposite faces have opposite normals
     longest = np.flatnonzero(size >= size.max() * (1.0 - _SQUARE))
     turn = vectors[longest] @ vectors[longest[0]] / size.max() ** 2
     alike = np.abs(turn) > _ALIKE
@@ -233,10 +246,13 @@ def _longest(vectors: Array) -> tuple[Array, Index]:
 def volume_points(solid: Solid, centre: Array, order: int = 4) -> tuple[Array, Array]:
     """Points [m] from ``centre`` and weights [m3], exact for polynomials up to ``order`` over a convex solid.
 
+    Shapes are (m, 3) and (m,).
+
     Tetrahedra from the centre to the triangles of the faces, each with a product of Gauss and Jacobi rules on the
     collapsed cube (Stroud 1971, conical product).
     """
-    n = order // 2 + 1
+    n = order // 2 + 1  # a Gauss rule of n points is exact up to degree 2 n - 1
+    # Jacobi rules on (-1, 1) with the weights (1 - x)^2, 1 - x and 1, to which the cube collapses, moved to (0, 1)
     grids = [roots_jacobi(n, a, 0.0) for a in (2.0, 1.0, 0.0)]
     rules = [((1.0 + x) / 2.0, y / 2.0 ** (1 + a)) for (x, y), a in zip(grids, (2, 1, 0), strict=True)]
     (u, wu), (v, wv), (w, ww) = rules
@@ -270,10 +286,13 @@ def products(x: Array, powers: Index) -> tuple[Array, Array]:
 
 
 def check_prism(name: str, solid: Solid, normal: Array) -> None:
-    """Refuse a block whose faces are neither along nor across the normal of the plane."""
+    """Refuse a block, by its name, whose solid is no prism along the unit normal of the plane.
+
+    A face of it is then neither along nor across the normal.
+    """
     for face in solid.faces:
         n, _ = face_plane(solid.vertices[list(face)])
-        if 1e-6 < abs(n @ normal) < 1.0 - 1e-6:
+        if _PRISM < abs(n @ normal) < 1.0 - _PRISM:
             raise InputError(
                 f"block {name!r} is no prism along the normal {np.round(normal, 6).tolist()} of the plane: plane "
                 "stress and plane strain are for walls of constant thickness; take it in space"

@@ -13,6 +13,9 @@ from limitmason.deformable.shapes import Body, Polynomials, materials_of
 from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
 
+DEGREE = 3
+"""Of the shapes: displacements of a moment that grows along a block are cubic."""
+
 
 def simply_deformable_block(block: Block, elasticity: Elasticity) -> Body:
     """Shapes of a simply deformable block, which is convex.
@@ -26,6 +29,7 @@ def simply_deformable_block(block: Block, elasticity: Elasticity) -> Body:
 
     Parameters
     ----------
+    block : convex
     elasticity : of its material, with the plane
 
     Raises
@@ -45,7 +49,7 @@ def simply_deformable_block(block: Block, elasticity: Elasticity) -> Body:
     ----------
     Timoshenko and Goodier, Theory of Elasticity, 3rd ed. 1970, articles 18 and 21: polynomials of the stress function.
     """
-    space = Polynomials(block, elasticity, 3)
+    space = Polynomials(block, elasticity, DEGREE)
     names, values = _shapes(elasticity, space.local)
     return space.body(space.fitted(np.stack(values, axis=1)), names)
 
@@ -77,6 +81,7 @@ def _shapes(elasticity: Elasticity, x: Array) -> tuple[tuple[str, ...], list[Arr
 
     Parameters
     ----------
+    elasticity : of the material, which gives the lateral contraction
     x : places from the centroid in the block's axes [m], shape (m, 3)
     """
     letters, nu = "xyz", elasticity.contraction
@@ -84,6 +89,7 @@ def _shapes(elasticity: Elasticity, x: Array) -> tuple[tuple[str, ...], list[Arr
     found: dict[str, Array] = {}
 
     def add(name: str, parts: dict[int, Array]) -> None:
+        """Take a shape in, from its displacement along every axis on which it is not zero."""
         found[name] = np.stack([parts.get(c, np.zeros(len(x))) for c in range(3)], axis=1)
 
     for n, i in enumerate(used):

@@ -31,6 +31,10 @@ from limitmason.vibration.system import VibratingSystem
 Grid = tuple[int, int]
 
 _SLIDES = 1.0 - 1e-6  # of the shear strength: a point at it slides; solvers leave less than the millionth
+_OPEN = 1e-9  # of the largest force: a point with less, and no tension, bears nothing
+# chosen
+_NEARER, _HELD = 1e-6, 1e-3  # of a distance, and of the size: what decides between boxes that are equally near
+_OUTSIDE = 1e-2  # of the size of the structure: a point farther from all boxes lies in no block
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,14 +75,15 @@ class BlockCarrier:
             For a point farther from all boxes than a hundredth of the structure.
         """
         bounds = np.array([b.bounds for b in self.assembly.blocks])
+        # of every point from every box along the axis where it is farthest, negative inside [m], shape (p, n)
         outside = np.maximum(bounds[:, 0] - points[:, None], points[:, None] - bounds[:, 1]).max(axis=2)
         size = float(np.ptp(bounds.reshape(-1, 3), axis=0).max())
         # where boxes touch, the block that moves and whose centre is nearer carries the point: the two small terms
         # decide between boxes that are equally near, and never over a real distance
-        gap = np.maximum(outside, 0.0) + 1e-6 * np.linalg.norm(points[:, None] - self.places, axis=2)
-        gap[:, self.assembly.fixed] += 1e-3 * size
+        gap = np.maximum(outside, 0.0) + _NEARER * np.linalg.norm(points[:, None] - self.places, axis=2)
+        gap[:, self.assembly.fixed] += _HELD * size
         owner = np.argmin(gap, axis=1)
-        far = outside[np.arange(len(points)), owner] > 1e-2 * size
+        far = outside[np.arange(len(points)), owner] > _OUTSIDE * size
         if far.any():
             x = points[int(np.argmax(far))]
             raise InputError(f"point ({x[0]:g}, {x[1]:g}, {x[2]:g}) lies in no block")
@@ -104,6 +109,7 @@ def closed_system(
 
     Parameters
     ----------
+    assembly : the blocks; their materials count where they deform
     contact_points, contact_model : see :func:`limitmason.mechanics.contact_points.contact_points`; from three points on
         a side joints bend as their faces do, with two their bending stiffness is three times too large
     stiffness : see :func:`limitmason.mechanics.default_stiffness.joint_stiffness`
@@ -156,7 +162,7 @@ def state_stiffness(
     """
     choice("sliding", sliding, ("sticks", "drops"))
     scale = float(np.abs(normal).max(initial=0.0))
-    is_open = (np.abs(normal) + shear <= 1e-9 * scale) & ~(tension > 0.0)
+    is_open = (np.abs(normal) + shear <= _OPEN * scale) & ~(tension > 0.0)
     # a point of no strength that bears nothing is open, not sliding
     slides = ~is_open & (shear >= _SLIDES * limit)
     kept = np.where(is_open | (slides & (sliding == "drops")), 0.0, ks)
@@ -178,6 +184,8 @@ def block_system(
 
     Parameters
     ----------
+    assembly : the blocks
+    points : contact points of its joints, m of them
     stiffness : per area, of normal and two tangents [Pa/m], shape (m, 3); of normal and one in plane, (m, 2)
     plane : in which blocks move, where points come with one
     shapes, blocks : of blocks that deform, and their kind, which says how joint points take them up; none by default
@@ -193,6 +201,7 @@ def block_system(
     """
     refuse_ties(assembly, "a small vibration", "leave the ties out: assembly.with_ties(())")
     x = assembly.arrays
+    # rigid motions of a block, six or those of the plane, and which of them are free
     basis, kept = degrees_of_freedom(assembly, plane)
     free = kept.ravel()
     moving = ~assembly.held.all(axis=1)
@@ -204,7 +213,7 @@ def block_system(
     inertia[:, 3:, 3:] = x.inertia
     masses = list(basis.T @ inertia @ basis)
     _, k = stiffness_matrix(assembly, points, stiffness, plane, shapes, blocks)
-    counts = np.zeros(assembly.n_blocks, np.intp)
+    counts = np.zeros(assembly.n_blocks, np.intp)  # shapes of every block
     if shapes is not None:
         counts = np.array([0 if s is None else s.count for s in shapes])
         free = np.concatenate([free, np.ones(counts.sum(), bool)])
@@ -213,7 +222,7 @@ def block_system(
     unit = np.zeros((len(free), 3))
     # rigid motions of all blocks along x, y and z, which tell the participating mass
     unit[: kept.size] = np.tile(basis[:3].T, (assembly.n_blocks, 1))
-    # which shapes every block has
+    # which shapes every block has, of the most that one has
     place = np.arange(counts.max(initial=0)) < counts[:, None]
 
     if plane is not None:

@@ -25,6 +25,10 @@ _ROUNDS = 5  # how often a block grows by what was missed
 _EQUAL = 1e-6  # of an eigenvalue: eigenvalues this near are equal
 REST = 1e-14  # of the largest eigenvalue: below it nothing holds a motion, or rounding hides what does
 _BALANCED = 1e-13  # of a solution times the largest entry: what a factor of symmetric pivots may leave
+_DEPENDS = 1e-12  # of the largest: squared length below which what is left of a vector is rounding
+_BELOW = 1e-6  # of a mean eigenvalue: how far below zero a system is shifted that nothing holds
+_ITERATIONS = 3  # inverse iterations by which the lowest eigenvalue is told from zero
+_NONE = 1e-300  # length or eigenvalue that a part is of, instead of 0
 
 
 class Lowest(NamedTuple):
@@ -66,7 +70,7 @@ def lowest(system: VibratingSystem, count: int) -> Lowest:
     Grimes, Lewis and Simon (1994), A shifted block Lanczos algorithm for sparse symmetric generalized eigenproblems.
     """
     n, largest = system.stiffness.shape[0], largest_of(system)
-    if n <= 2 * (count + _GUARD):  # a block would be most of the space
+    if n <= 2 * (count + _GUARD):  # a block would be most of the space: dense matrices give all of it
         value, vector = eigh(system.stiffness.toarray(), system.mass.toarray())
         above = value[count - 1] + max(_EQUAL * abs(value[count - 1]), REST * largest)
         return Lowest(value[:count], vector[:, :count], int((value < above).sum()), float(above))
@@ -79,10 +83,12 @@ def lowest(system: VibratingSystem, count: int) -> Lowest:
         above = _eigenvalues_below(system, last + margin)
         if above is None:
             return Lowest(value[:count], vector[:, :count], None, last + margin)
+        # more than asked for may be copies of the last: missed are only those that lie below it and its equals
         mine = int((value < last - margin).sum())
         missed = 0 if above == count else (_eigenvalues_below(system, last - margin) or 0) - mine
         if missed <= 0:
             return Lowest(value[:count], vector[:, :count], above, last + margin)
+        # random vectors have a part of every motion, those that were missed too
         more = np.random.default_rng(1).standard_normal((n, min(missed, n - vector.shape[1])))
         block = np.column_stack([vector, more])
     raise NotConverged(f"modes of {system.label}: {missed} eigenvalues below the last one found were not found")
@@ -103,14 +109,15 @@ def _inverse(system: VibratingSystem, largest: float) -> tuple[Callable[[Array],
 
     Parameters
     ----------
+    system : stiffness K and mass M of the free unknowns
     largest : estimate of the largest eigenvalue [1/s2]
     """
     k, m = system.stiffness, system.mass
     try:
         solve = _corrected(k) if system.solve is None else system.solve
-        # inverse iterations: the growth tends to one over the lowest eigenvalue
+        # inverse iterations: the growth tends to one over the lowest eigenvalue [s2]
         u, growth = np.random.default_rng(3).standard_normal(k.shape[0]), np.inf
-        for _ in range(3):
+        for _ in range(_ITERATIONS):
             u = u / np.sqrt(u @ (m @ u))
             u = solve(m @ u)
             growth = np.sqrt(u @ (m @ u))
@@ -118,8 +125,8 @@ def _inverse(system: VibratingSystem, largest: float) -> tuple[Callable[[Array],
             return solve, 0.0
     except (RuntimeError, NotApplicable):  # singular
         pass
-    # below zero K - shift M is positive definite; by how much is chosen: 1e-6 of a mean eigenvalue
-    shift = -1e-6 * float(k.diagonal().sum() / m.diagonal().sum())
+    # below zero K - shift M is positive definite
+    shift = -_BELOW * float(k.diagonal().sum() / m.diagonal().sum())
     return _corrected((k - shift * m).tocsc()), shift
 
 
@@ -131,6 +138,7 @@ def _corrected(matrix: sparse.csc_array) -> Callable[[Array], Array]:
     solve = splu(matrix).solve
 
     def corrected(right: Array) -> Array:
+        """Solution of one or several right-hand sides, and of what it leaves of them."""
         x = solve(right)
         return np.asarray(x + solve(right - matrix @ x))
 
@@ -146,6 +154,7 @@ def _found(
     ----------
     solve : product with (K - shift M)^-1
     shift : that shift [1/s2]
+    system : stiffness K and mass M of the free unknowns
     block : vectors to begin with, shape (n, b)
     count : eigenvalues that must converge
 
@@ -155,11 +164,11 @@ def _found(
         Eigenvalues [1/s2], nearest to the shift first, shape (k,), and their vectors as columns, shape (n, k).
     """
     m = system.mass
-    x, best, idle = block, np.inf, 0
+    x, best, idle = block, np.inf, 0  # vectors to restart from, least residual so far, restarts without a better one
     most = min(_DEPTH * block.shape[1], len(block))
     for _ in range(_RESTARTS):
         space = new = _orthonormal(x, m)
-        image = solve(m @ new)
+        image = solve(m @ new)  # the inverse times every vector of the space
         # after a restart a product brings few new vectors: counted by depth the space would shrink
         while space.shape[1] < most:
             new = image[:, -new.shape[1] :]
@@ -174,6 +183,7 @@ def _found(
         inverse, mix = eigh(0.5 * (reduced + reduced.T))
         order = np.argsort(-inverse)[: max(block.shape[1], count)]
         x, inverse = space @ mix[:, order], inverse[order]
+        # residual of every vector that is wanted, over the eigenvalue of the inverse, in lengths by mass
         off = image @ mix[:, order[:count]] - x[:, :count] * inverse[:count]
         size = np.sqrt(np.einsum("ik,ik->k", off, m @ off)) / np.abs(inverse[:count])
         worst = float(size.max())
@@ -189,10 +199,10 @@ def _orthonormal(x: Array, mass: sparse.csc_array) -> Array:
 
     Twice, as rounding of nearly dependent columns leaves the first answer not quite orthogonal.
     """
-    x = x / np.maximum(np.sqrt(np.einsum("ik,ik->k", x, mass @ x)), 1e-300)
+    x = x / np.maximum(np.sqrt(np.einsum("ik,ik->k", x, mass @ x)), _NONE)
     for _ in range(2):
         value, axes = eigh(x.T @ (mass @ x))
-        kept = value > 1e-12 * value.max(initial=1e-300)
+        kept = value > _DEPENDS * value.max(initial=_NONE)
         x = x @ (axes[:, kept] / np.sqrt(value[kept]))
     return x
 
@@ -205,6 +215,7 @@ def _eigenvalues_below(system: VibratingSystem, shift: float) -> int | None:
 
     Parameters
     ----------
+    system : stiffness K and mass M of the free unknowns
     shift : the value [1/s2]
     """
     if system.below is not None:
@@ -216,6 +227,7 @@ def _eigenvalues_below(system: VibratingSystem, shift: float) -> int | None:
         return None
     if (factor.perm_r != factor.perm_c).any():
         return None
+    # an equation with any right-hand side: pivots that were not exchanged may have let rounding grow
     right = np.random.default_rng(2).standard_normal(len(factor.perm_r))
     x = factor.solve(right)
     size = float(abs(matrix).max()) * np.linalg.norm(x) + np.linalg.norm(right)

@@ -23,6 +23,17 @@ Complex = NDArray[np.complex128]
 
 METHODS = ("fdd", "ssi")
 
+# chosen, not derived
+_NYQUIST = 0.45  # of the sampling frequency: top of the band by default, a tenth below what samples can tell
+_SEGMENTS = 2  # segments of a spectrum at least: the mean of one is the noise itself
+_PER_LAG = 8  # samples for each block row at least
+_PROMINENCE = 0.7  # natural logarithm by which a peak rises above what is beside it: a factor of two
+_FLOOR = 1e-12  # of the largest singular value: lines below are below any noise
+_DAMPED = 0.2  # damping ratio that no structure has: poles of more are the noise's
+_SAME_FREQUENCY, _SAME_DAMPING = 0.01, 0.1  # parts within which a pole comes back at the next order
+_SAME_SHAPE = 0.95  # criterion (MAC) above which it has the shape it had
+_RETURNS = 3  # poles that a mode is made of, at least
+
 
 @dataclass(frozen=True, eq=False)
 class Identified(ReadOnly):
@@ -96,17 +107,20 @@ def identify_modes(
     if y.ndim != 2 or not np.isfinite(y).all():
         raise InputError(f"signals must be finite, one column per channel, got shape {y.shape}")
     positive("step between samples", step, "s")
-    if len(y) < max(2 * lines, 8 * lags):
-        raise InputError(f"{len(y)} samples are too few: two segments of {lines} and 8 x {lags} lags are needed")
+    if len(y) < max(_SEGMENTS * lines, _PER_LAG * lags):
+        raise InputError(
+            f"{len(y)} samples are too few: {_SEGMENTS} segments of {lines} and {_PER_LAG} x {lags} lags are needed"
+        )
     choice("method", method, METHODS)
     if count < 1 or order < 2 or lags < 2 or lags * y.shape[1] <= order:
         raise InputError("count must be at least 1, and order at least 2 and below lags times channels")
     y = y - y.mean(axis=0)
     if not (y.std(axis=0) > 0.0).all():
         raise InputError(f"channel {int(np.argmin(y.std(axis=0)))} does not move")
-    low, high = band or (0.0, 0.45 / step)
+    low, high = band or (0.0, _NYQUIST / step)
     if not 0.0 <= low < high <= 0.5 / step:
         raise InputError(f"band must lie between 0 and {0.5 / step:g} Hz, got {band!r}")
+    # one unit for all channels: their sizes against each other are the shape
     y = y / y.std()
     spectrum, first, vectors = _spectra(y, step, lines)
     inside = (spectrum >= low) & (spectrum <= high)
@@ -145,29 +159,32 @@ def _peaks(
 ) -> Identified:
     """Modes at the most prominent peaks of the first singular value.
 
-    At most ``count`` peaks are taken. Each rises by at least 0.7 in the natural logarithm, a factor of two. The
-    frequency [Hz] is that of a parabola through three lines.
+    At most ``count`` peaks are taken, each at least twice as high as what is beside it. The frequency [Hz] is that of a
+    parabola through three lines.
 
     Parameters
     ----------
     f : lines of the spectrum [Hz], shape (m,)
     first : first singular value at each, shape (m,)
-    vectors : its singular vector, shape (m, s)
+    vectors : its singular vector, shape (m, channels)
     inside : which lines lie within the band, shape (m,)
     count : how many modes at most
     shown : frequencies and first singular value, kept with the answer, shape (2, m)
     """
     from scipy.signal import find_peaks
 
-    # lines without power stay finite: twelve decades are below any noise
-    level = np.log(np.maximum(first, first.max() * 1e-12))
-    at, found = find_peaks(np.where(inside, level, level[inside].min() if inside.any() else 0.0), prominence=0.7)
+    # lines without power stay finite
+    level = np.log(np.maximum(first, first.max() * _FLOOR))
+    # outside the band as low as its lowest line: no peak there, and none at its ends hidden
+    within = np.where(inside, level, level[inside].min() if inside.any() else 0.0)
+    at, found = find_peaks(within, prominence=_PROMINENCE)
     if not len(at):
         raise NotConverged("no peak of the spectra in the band: is the record long enough and excited there?")
     at = np.sort(at[np.argsort(found["prominences"])[::-1][:count]])
-    # a parabola through the logarithms of three lines
+    # vertex of a parabola through the logarithms of three lines, from the middle one in lines; flat ones have none
     a, b, c = level[at - 1], level[at], level[np.minimum(at + 1, len(f) - 1)]
-    shift = 0.5 * (a - c) / np.where(a - 2 * b + c == 0.0, -1.0, a - 2 * b + c)
+    curvature = a - 2 * b + c
+    shift = 0.5 * (a - c) / np.where(curvature == 0.0, -1.0, curvature)
     frequency = f[at] + np.clip(shift, -0.5, 0.5) * (f[1] - f[0])
     warnings = () if len(at) >= count else (f"{len(at)} of {count} modes found in the band",)
     return Identified(
@@ -210,7 +227,8 @@ def _subspace(y: Array, step: float, order: int, lags: int) -> list[_Poles]:
     u, s, _ = svd(toeplitz)
     poles = []
     for size in range(2, order + 1, 2):
-        # observability matrix, (lags channels, size): block row i is C A^i, so that a shift by one block is A
+        # observability matrix, (lags channels, size): block row i is C A^i, A one time step of a state and C what
+        # channels see of it, so that a shift by one block is A
         observed = u[:, :size] * np.sqrt(s[:size])
         a = np.linalg.lstsq(observed[:-channels], observed[channels:], rcond=None)[0]
         value, vector = eig(a)
@@ -232,7 +250,7 @@ def _continuous(value: Complex, shape: Complex, step: float) -> _Poles:
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         rate = np.log(np.where(np.abs(value) > 0.0, value, 1e-300)) / step
-    keep = rate.imag > 1e-9
+    keep = rate.imag > 1e-9  # [1/s]: below it is the rounding of a real pole
     rate, shape = rate[keep], shape[:, keep].T
     return _Poles(np.abs(rate) / (2.0 * np.pi), -rate.real / np.abs(rate), shape)
 
@@ -240,8 +258,8 @@ def _continuous(value: Complex, shape: Complex, step: float) -> _Poles:
 def _stable(poles: Sequence[_Poles], band: tuple[float, float], count: int, shown: Array, method: str) -> Identified:
     """Modes of poles that come back at the next order, gathered by frequency.
 
-    A pole comes back within 1 % in frequency and 10 % in damping, with a MAC above 0.95. Each mode is the median of at
-    least three; the modes that come back most often are taken.
+    A pole comes back with nearly its frequency, damping and shape. A mode has the medians of its poles; the modes that
+    come back most often are taken.
 
     Parameters
     ----------
@@ -252,30 +270,31 @@ def _stable(poles: Sequence[_Poles], band: tuple[float, float], count: int, show
     method : its name, kept with the answer
     """
     kept: list[_Returning] = []
-    for (f0, d0, s0), after in pairwise(poles):
-        for f, d, shape in zip(*after, strict=True):
-            # structures are damped by less than a fifth; poles of more are the noise's
-            if not (band[0] <= f <= band[1] and 0.0 < d < 0.2) or not len(f0):
+    for before, after in pairwise(poles):
+        for f, damping, shape in zip(*after, strict=True):
+            if not (band[0] <= f <= band[1] and 0.0 < damping < _DAMPED) or not len(before.frequency):
                 continue
-            i = int(np.argmin(np.abs(f0 - f)))
-            alike = abs(np.vdot(s0[i], shape)) ** 2 / (np.vdot(s0[i], s0[i]).real * np.vdot(shape, shape).real)
-            if abs(f0[i] - f) < 0.01 * f and abs(d0[i] - d) < 0.1 * d and alike > 0.95:
-                kept.append(_Returning(float(f), float(d), shape))
+            i = int(np.argmin(np.abs(before.frequency - f)))
+            was = before.shape[i]
+            alike = abs(np.vdot(was, shape)) ** 2 / (np.vdot(was, was).real * np.vdot(shape, shape).real)
+            near = abs(before.frequency[i] - f) < _SAME_FREQUENCY * f
+            if near and abs(before.damping[i] - damping) < _SAME_DAMPING * damping and alike > _SAME_SHAPE:
+                kept.append(_Returning(float(f), float(damping), shape))
     kept.sort(key=lambda pole: pole.frequency)
-    # a new group begins where frequencies are 1 % apart
+    # a new group begins where frequencies are farther apart than those of one mode
     ascending = np.array([pole.frequency for pole in kept])
-    cuts = [0, *(np.flatnonzero(np.diff(ascending) >= 0.01 * ascending[1:]) + 1).tolist(), len(kept)]
-    groups = [kept[a:b] for a, b in pairwise(cuts) if b - a >= 3]
+    cuts = [0, *(np.flatnonzero(np.diff(ascending) >= _SAME_FREQUENCY * ascending[1:]) + 1).tolist(), len(kept)]
+    groups = [kept[a:b] for a, b in pairwise(cuts) if b - a >= _RETURNS]
     if not groups:
         raise NotConverged("no pole comes back from order to order: is the record long enough and excited in the band?")
     best = sorted(sorted(groups, key=len, reverse=True)[:count], key=lambda group: group[0].frequency)
     frequency = np.array([np.median([pole.frequency for pole in group]) for group in best])
-    damping = np.array([np.median([pole.damping for pole in group]) for group in best])
+    ratios = np.array([np.median([pole.damping for pole in group]) for group in best])
     # of every group the pole whose frequency is nearest to the median gives the shape
     nearest = [min(group, key=lambda pole: abs(pole.frequency - f)) for group, f in zip(best, frequency, strict=True)]
     shapes = _scaled(np.array([pole.shape for pole in nearest]))
     warnings = () if len(best) >= count else (f"{len(best)} of {count} modes found in the band",)
-    return Identified(frequency, damping, shapes, shown, method, warnings)
+    return Identified(frequency, ratios, shapes, shown, method, warnings)
 
 
 def _scaled(shape: Complex) -> Complex:

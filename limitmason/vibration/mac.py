@@ -45,6 +45,12 @@ class Alike(NamedTuple):
 ALIKE = 0.5
 """Criterion below which two shapes are not called alike [-]: more of them differs than is common."""
 
+_DEPENDS = 1e-10
+"""Squared length, over the largest, below which what is left of a vector is rounding: a hundred-thousandth of a length.
+"""
+
+_ONE_MASS = 1e-9  # of the largest entry: mass matrices of one model differ by their rounding
+
 
 @dataclass(frozen=True, eq=False)
 class Mac(Displayed, Tabular, ReadOnly):
@@ -85,6 +91,7 @@ class Mac(Displayed, Tabular, ReadOnly):
         theirs = _groups(self.frequency_b)
         out = []
         for mine in _groups(self.frequency_a):
+            # the groups most like it, until they are as many modes
             ranked = sorted(theirs, key=lambda g: -self._shared(mine, g).sum())
             chosen: list[int] = []
             while len(chosen) < len(mine) and ranked:
@@ -157,16 +164,17 @@ def _root(gram: Array) -> Array:
     gram : scalar products G of the vectors, Hermitian, shape (k, k)
     """
     value, axes = np.linalg.eigh(gram)
-    # products have the squares of lengths: 1e-10 is a hundred-thousandth of a length, far above rounding
-    kept = value > 1e-10 * value.max()
+    kept = value > _DEPENDS * value.max()
     return np.asarray(axes[:, kept] / np.sqrt(value[kept]))
 
 
 def _numbers(modes: tuple[int, ...]) -> str:
+    """Numbers of modes as a table shows them, counted from 1."""
     return "+".join(str(i + 1) for i in modes)
 
 
 def _hertz(frequency: Array, modes: tuple[int, ...]) -> str:
+    """Frequency of modes [Hz], or the lowest and highest of several; "-" where it is not known."""
     low, high = (f"{f(frequency[list(modes)]):.4g}".replace("nan", "-") for f in (np.min, np.max))
     return low if low == high else f"{low}-{high}"
 
@@ -231,7 +239,7 @@ def mac(
         raise InputError("masses are used by the weighted criterion only: say weighted=True, or leave them out")
     if sensors is not None and points is not None:
         raise InputError("give points or sensors, not both")
-    along = None
+    along = None  # directions of sensors; without them all three components of a point count
     if sensors is not None:
         points, along = placed(sensors)
         for m in (a, b):
@@ -289,16 +297,16 @@ def _frequencies(a: Shapes, b: Shapes, given: ArrayLike | None) -> list[Array]:
     a, b : modes of a model, which have their own, or shapes
     given : of the set without a model, (k,), or a pair of them where both have none
     """
-    free = [i for i, m in enumerate((a, b)) if not isinstance(m, Modes)]
+    without = [i for i, m in enumerate((a, b)) if not isinstance(m, Modes)]
     out = [m.frequency if isinstance(m, Modes) else np.full(len(np.asarray(m)), np.nan) for m in (a, b)]
     if given is None:
         return out
-    if not free:
+    if not without:
         raise InputError("frequencies are of shapes without a model, and both sets are modes of one: leave them out")
-    pair: Sequence[Any] = [given] if len(free) == 1 else given if isinstance(given, list | tuple) else []
-    if len(free) == 2 and (len(pair) != 2 or not all(np.ndim(p) == 1 for p in pair)):
+    pair: Sequence[Any] = [given] if len(without) == 1 else given if isinstance(given, list | tuple) else []
+    if len(without) == 2 and (len(pair) != 2 or not all(np.ndim(p) == 1 for p in pair)):
         raise InputError("both sets come without a model: give their frequencies as a pair, (first, second)")
-    for i, one in zip(free, pair, strict=True):
+    for i, one in zip(without, pair, strict=True):
         own = np.asarray(one, dtype=float)
         if own.shape != out[i].shape:
             raise InputError(f"frequencies must have shape {out[i].shape}, one for each shape, got {own.shape}")
@@ -309,11 +317,12 @@ def _frequencies(a: Shapes, b: Shapes, given: ArrayLike | None) -> list[Array]:
 def _one_model(a: Modes, b: Modes) -> bool:
     """Whether two sets are of one model: their mass matrices are equal but for rounding."""
     x, y = a.system.mass, b.system.mass
-    return a.shape.shape[1:] == b.shape.shape[1:] and x.shape == y.shape and abs(x - y).max() <= 1e-9 * abs(x).max()
+    one_size = a.shape.shape[1:] == b.shape.shape[1:] and x.shape == y.shape
+    return one_size and abs(x - y).max() <= _ONE_MASS * abs(x).max()
 
 
 def _free_vectors(m: Modes) -> Array:
-    """Shapes on the free unknowns in their order, shape (k, r)."""
+    """Shapes of the modes ``m`` of a model on its free unknowns, in their order, shape (k, r)."""
     # the numbers of the unknowns, spread as a shape is, show in which entry of a shape each stands; held ones are 0
     r = m.system.mass.shape[0]
     numbers = m.system.spread(np.arange(1.0, r + 1.0)).ravel()

@@ -19,6 +19,9 @@ from limitmason.vibration.modes import Modes
 CLOSE = 0.01
 """Part of a frequency within which modes turn into each other with small changes of a model."""
 
+_LOOKS_ALIKE = 1e-9  # of the largest singular value: shapes that differ by less at the sensors are one there
+_NONE = 1e-300  # frequency or length that a part is of, instead of 0
+
 
 @dataclass(frozen=True, eq=False)
 class ModalTest(ReadOnly):
@@ -82,7 +85,7 @@ class ModalTest(ReadOnly):
         return self._named(self.frequency, self.shape)
 
     def predicted(self, found: Modes) -> dict[str, float]:
-        """What the modes of a model predict of these quantities, by the same names.
+        """What the modes found of a model predict of these quantities, by the same names.
 
         Measured modes are assigned to those of the model one by one, so that the sum of MAC times the ratio of
         frequencies is largest: two modes of one shape at the sensors are told apart by frequency. Modes of the model
@@ -97,20 +100,23 @@ class ModalTest(ReadOnly):
         if len(found) < len(self):
             raise InputError(f"{len(self)} modes were measured, the model gives {len(found)}")
         place, along = placed(self.sensors)
+        # of unit modal mass, shape (modes of the model, sensors)
         theirs = np.asarray(np.einsum("kpi,pi->kp", found.at(place), along))
-        ratio = np.minimum.outer(1.0 / self.frequency, 1.0 / np.maximum(found.frequency, 1e-300))
+        ratio = np.minimum.outer(1.0 / self.frequency, 1.0 / np.maximum(found.frequency, _NONE))
         # the smaller over the larger, 1 where they agree
         ratio = ratio * np.minimum.outer(self.frequency, found.frequency)
-        size = np.outer((self.shape**2).sum(axis=1), np.maximum((theirs**2).sum(axis=1), 1e-300))
+        size = np.outer((self.shape**2).sum(axis=1), np.maximum((theirs**2).sum(axis=1), _NONE))
+        # the sum of MAC times the ratio, largest where its opposite is least
         rows, columns = linear_sum_assignment(-((self.shape @ theirs.T) ** 2) / size * ratio)
         frequency, shape = np.zeros(len(self)), np.zeros(self.shape.shape)
-        for mine, his in zip(rows, columns, strict=True):
-            f = found.frequency[his]
+        for measured, assigned in zip(rows, columns, strict=True):
+            f = found.frequency[assigned]
             together = np.flatnonzero(np.abs(found.frequency - f) <= self.close * f)
             # rcond: modes that look alike at the sensors share the factor, where it would grow without bound
-            c = np.linalg.lstsq(theirs[together].T, self.shape[mine], rcond=1e-9)[0]
-            shape[mine] = c @ theirs[together]
-            frequency[mine] = np.sqrt(c**2 @ found.frequency[together] ** 2 / (c @ c)) if c.any() else f
+            c = np.linalg.lstsq(theirs[together].T, self.shape[measured], rcond=_LOOKS_ALIKE)[0]
+            shape[measured] = c @ theirs[together]
+            # a shape at right angles to all of them has no mixture, and the frequency of the mode it was given
+            frequency[measured] = np.sqrt(c**2 @ found.frequency[together] ** 2 / (c @ c)) if c.any() else f
         return self._named(frequency, shape)
 
     def _named(self, frequency: Array, shape: Array) -> dict[str, float]:

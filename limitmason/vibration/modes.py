@@ -174,6 +174,7 @@ def solved(system: VibratingSystem, count: int) -> Modes:
         raise InputError(f"count must lie between 1 and {n - 1}, got {count!r}")
     k, m = system.stiffness, system.mass
     value, vector, below, _ = lowest(system, count)
+    # a motion that nothing holds, whose eigenvalue is rounding of the largest ones
     at_rest = value < max(_AT_REST**2 * float(value.max()), REST * largest_of(system))
     vector = _directed(system, np.where(at_rest, 0.0, value), vector)
     stiff = k @ vector
@@ -207,15 +208,17 @@ def _directed(system: VibratingSystem, value: Array, vector: Array) -> Array:
     motion = np.array([system.spread(v)[:, :6] for v in vector.T])
     moments = list(_moments(system, motion))
     out = vector.copy()
+    # a group ends where the next eigenvalue is farther off than those of equal ones
     breaks = np.flatnonzero(np.diff(value) > _REPEATED * np.abs(value[1:])) + 1
     for group in np.split(np.arange(len(value)), breaks):
-        chosen = np.empty((0, len(group)))
-        for order in moments:
-            left = order[:, group]
+        chosen = np.empty((0, len(group)))  # unit directions among the vectors of the group, as rows
+        for of_degree in moments:
+            left = of_degree[:, group]
             while len(chosen) < len(group):
                 # what the directions chosen before leave of the moments, as Gram and Schmidt
                 left = left - left @ chosen.T @ chosen
                 size = np.linalg.norm(left, axis=1)
+                # the moments of the next degree, where these may be rounding
                 if size.max() < _SEEN:
                     break
                 row = int(np.argmax(size >= _FIRST * size.max()))
@@ -227,16 +230,21 @@ def _directed(system: VibratingSystem, value: Array, vector: Array) -> Array:
 
 
 def _moments(system: VibratingSystem, motion: Array) -> Iterator[Array]:
-    """Moments of motions of unit modal mass about the centroid [-], per degree an array of shape (moments, k).
+    """Moments of motions about the centroid [-], per degree an array (moments, k).
+
+    A moment is the sum of mass times motion times a product of coordinates, over the most it could be for a motion of
+    unit modal mass. Translations come first, then rotations times the reach of the structure.
 
     Parameters
     ----------
-    motion : displacement [m], and rotation [rad] of blocks, per place, shape (k, n, 3) or (k, n, 6)
+    system : whose places and masses count
+    motion : of unit modal mass, displacement [m], and rotation [rad] of blocks, per place, shape (k, n, 3) or (k, n, 6)
     """
     moving = system.carrier.moving
     places, mass = system.carrier.places[moving], np.maximum(system.carrier.masses[moving], 0.0)
     from_centre = places - np.average(places, axis=0, weights=mass)
     reach = max(float(np.linalg.norm(from_centre, axis=1).max()), 1e-300)
+    # roots of the mass with the motions and with the weights: the scalar product of two vectors, at most 1
     x, root = from_centre / reach, np.sqrt(mass)[:, None]
     for motions in (motion[:, moving, :3], reach * motion[:, moving, 3:]):
         for degree in range(_ORDERS):

@@ -19,7 +19,10 @@ _PASSED = 1e-2  # of the squares of a shape: components that read zero are refus
 
 
 def check_sensors(m: Shapes, count: int) -> None:
-    """Refuse shapes that are not one number for each of ``count`` sensors, shape (k, count); a model's always are."""
+    """Refuse shapes ``m`` that are not one number for each of ``count`` sensors.
+
+    Their shape is then other than (k, count); the modes of a model can be taken at any sensors.
+    """
     shape = (0, count) if isinstance(m, Modes) else np.shape(m)
     if len(shape) != 2 or shape[1] != count:
         turned = "; rows are modes, columns sensors: transpose them" if shape[:1] == (count,) else ""
@@ -40,15 +43,18 @@ def check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
     one_each : whether every sensor gives one number
     """
     for which, mine, other in (("first", u, v), ("second", v, u)):
+        # largest part of the squares that a component has in any shape of the other set
         share = (np.abs(other) ** 2 / np.maximum((np.abs(other) ** 2).sum(axis=1, keepdims=True), 1e-300)).max(axis=0)
         blank = ~np.abs(mine).any(axis=0) & (share > _PASSED)
         if one_each:
+            # a single shape may have a node there
             if len(mine) > 1 and blank.any():
                 raise InputError(
                     f"sensor {number[blank][0]} reads zero in every shape of the {which} set, though the other moves "
                     "there: leave the sensor out, or say NaN where it failed"
                 )
             continue
+        # at points whole axes are filled with zero, where sensors measured one or two components
         for axis, name in enumerate("xyz"):
             mine_there = mine[:, number % 3 == axis]
             if blank[number % 3 == axis].any() and not np.abs(mine_there).any():
