@@ -156,26 +156,25 @@ def increments(
             return Search(
                 stable=float("nan"), moving=0.0, status=status, state=state, mechanism=None, record=record, steps=used,
             )
-    b = _Bracket(settled or 0.0, through, c, up_to)
-    # kept: states on the way up, the first of them nine tenths of the way or less; settling: farthest way to a rest [m]
-    mechanism, kept = None, [(b.stable, state.copy())]
-    limit, settling = c.moved_limit * scale.smallest, 0.0
-    while (new := b.next_load()) is not None:
+    bracket = _Bracket(settled or 0.0, through, c, up_to)
+    mechanism, climb = None, [(bracket.stable, state.copy())]  # loads held and their states, on the way up
+    limit, farthest = c.moved_limit * scale.smallest, 0.0  # [m]: what counts as collapse, and a block's way to a rest
+    while (new := bracket.next_load()) is not None:
         if new == np.inf:
             return Search(
-                stable=b.stable, moving=np.inf, status=Status.UNBOUNDED, state=state, mechanism=None, record=record,
-                steps=used,
+                stable=bracket.stable, moving=np.inf, status=Status.UNBOUNDED, state=state, mechanism=None,
+                record=record, steps=used,
             )
-        keep = state.copy()
-        reached(b.part(len(record)), b.words(new))
+        low, before = bracket.stable, state.copy()
+        reached(bracket.part(len(record)), bracket.words(new))
         try:
             # stiff joints settle within microns: no need to wait for a collapse to be seen by eye
-            early = min(_EARLY * limit, max(_FARTHER * settling, _EARLIEST * limit))
+            early = min(_EARLY * limit, max(_FARTHER * farthest, _EARLIEST * limit))
             verdict = hold(
                 assembly, state, loading(new), scale, c.damping,
-                tolerance=min(c.equilibrium, _BALANCED * (new - b.stable) / c.unit), limit=limit, max_steps=c.max_steps,
+                tolerance=min(c.equilibrium, _BALANCED * (new - low) / c.unit), limit=limit, max_steps=c.max_steps,
                 patience=patience, early=early, edges=c.edges,
-                onset=LoadOnset(loading(b.stable), int(RATE * (new - b.stable) / c.unit)),
+                onset=LoadOnset(loading(low), int(RATE * (new - low) / c.unit)),
             )
             used += verdict.steps
             record.append((float(new), verdict))
@@ -184,29 +183,29 @@ def increments(
         except KeyboardInterrupt:
             ends_early()
             # what was found so far stands: the largest load in equilibrium, and a bracket that is not closed
-            note = {"interrupted": float(new)}
             return Search(
-                stable=float(b.stable), moving=float(b.moving), status=Status.NOT_CONVERGED, state=keep,
-                mechanism=mechanism, record=record, steps=used, details=note,
+                stable=float(low), moving=float(bracket.moving), status=Status.NOT_CONVERGED, state=before,
+                mechanism=mechanism, record=record, steps=used, details={"interrupted": float(new)},
             )
         if verdict.outcome == EQUILIBRIUM:
-            patience, settling = max(patience, verdict.steps), max(settling, verdict.moved)
-            b.held(new, record)
+            patience, farthest = max(patience, verdict.steps), max(farthest, verdict.moved)
+            bracket.held(new, record)
+            # what is left of the motion would go on under the next load
             state.stop()
-            kept.append((float(b.stable), state.copy()))
-            while len(kept) > 1 and kept[1][0] <= _REACH * b.stable:
-                kept.pop(0)
+            climb.append((float(bracket.stable), state.copy()))
+            while len(climb) > 1 and climb[1][0] <= _REACH * bracket.stable:
+                climb.pop(0)
         else:
             if verdict.outcome == MOVING:
                 mechanism = _mechanism(assembly, loads, state)
-            b.refuse(new, verdict)
-            state = keep
+            bracket.refuse(new, verdict)
+            state = before
     # loads that stay undecided leave a bracket wider than was asked for; chosen: from twice as wide on
-    closed = b.moving - b.stable <= 2.0 * b.width
-    status = Status.NOT_CONVERGED if not np.isfinite(b.moving) else Status.SOLVED if closed else Status.ALMOST_SOLVED
+    stable, moving = float(bracket.stable), float(bracket.moving)
+    status = Status.SOLVED if moving - stable <= 2.0 * bracket.width else Status.ALMOST_SOLVED
     return Search(
-        stable=float(b.stable), moving=float(b.moving), status=status, state=state, mechanism=mechanism, record=record,
-        steps=used, near=kept[0],
+        stable=stable, moving=moving, status=status if np.isfinite(moving) else Status.NOT_CONVERGED, state=state,
+        mechanism=mechanism, record=record, steps=used, near=climb[0],
     )
 
 

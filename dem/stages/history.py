@@ -166,17 +166,17 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
             samples = {k: v for k, v in stored.arrays().items() if k != "rows"}
             samples["reaction_blocks"] = file["reaction_blocks"]
             chosen = None if len(recorded) == assembly.n_blocks else tuple(recorded.tolist())
-            store = Store(folder, chosen, stored.shapes["opening"] == (len(assembly.interfaces),))
+            # a store without marks of joints has entries without numbers
+            store = Store(folder, chosen, joints=stored.shapes["opening"] == (len(assembly.interfaces),))
         words = of_json(file, "words")
-        sample, damping, stages, every, status = words["settings"].values()
+        settings = words["settings"]
+        damping = None if settings["damping"] is None else Damping(**settings["damping"])
+        settings |= {"damping": damping, "stages": tuple(settings["stages"]), "status": RunStatus(settings["status"])}
         return cls(
             assembly, RunStatus(words["status"]), {c: file[f"scalar.{c}"] for c in COLUMNS}, state=state,
             **samples, store=store, recorded=recorded, position=Position.from_arrays(file),
             stages=tuple(words["stages"]), warnings=tuple(words["warnings"]), factors=tuple(words["factors"]),
-            settings=RunSettings(
-                sample, None if damping is None else Damping(**damping), tuple(stages), every, RunStatus(status)
-            ),
-            same=of_json(file, "same"),
+            settings=RunSettings(**settings), same=of_json(file, "same"),
         )
 
     def __getitem__(self, name: str) -> Array:

@@ -20,7 +20,6 @@ from dem.stages.history import COLUMNS, History, RunSettings
 from dem.stages.resuming import Position, RunStatus, Watch
 from dem.stages.store import Samples, Store, StoredSamples
 from limitmason.arrays import Array, Flags
-from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Drive, Ramp, Settle, Stage, Tilt
 
@@ -40,8 +39,6 @@ Steps to a search are counted out to the first; what has come as far as the seco
 
 EXPLODES = 10.0
 """Kinetic energy, and energy from nowhere, over all there was to become kinetic, from which a run explodes [-]."""
-
-_DIRECTION = 1e-12  # cosine of rounding: a table that has turned about another axis lies farther off [-]
 
 LEAD = 0.05
 """Displacement after a ramp, over the largest one, from which blocks that went ahead of it are pointed out [-]."""
@@ -125,42 +122,6 @@ class Recorder:
             self.begun = dict(zip(self.begun, history.position.energy.tolist(), strict=True))
         applied, support = (np.abs(history.scalars[name] - self.begun[name]) for name in ("applied", "support"))
         self.worked = float((applied + support).max(initial=0.0))
-
-    def table(self, start: Array, part: Array, stage: Stage) -> Array:
-        """Factors of the cases at the given parts of a stage, shape (steps, 5).
-
-        Their columns are those of :attr:`dem.model.state.State.factors`.
-
-        Parameters
-        ----------
-        start : factors at the stage's beginning, shape (5,)
-        part : parts of it from 0 to 1, shape (steps,)
-        stage : which says how they change; without a say in it they stay
-        """
-        out = np.tile(start, (len(part), 1))
-        if isinstance(stage, Ramp):
-            out[:, LIVE] = start[LIVE] + part * (stage.to - start[LIVE])
-        elif isinstance(stage, Tilt):
-            weights = [WEIGHT, WEIGHT_X, WEIGHT_Y]
-            axis = np.asarray(stage.axis, dtype=float)
-            if not np.linalg.norm(axis) > 0 or abs(axis[2]) > 1e-9 * np.linalg.norm(axis):
-                raise InputError(f"tilting axis {stage.axis} is not horizontal")
-            y, x = axis[:2] / np.linalg.norm(axis) * (-1.0, 1.0)  # downhill: the axis turned by a right angle
-            end, here = float(np.deg2rad(stage.to_deg)), start[weights]
-            if abs(here[1] * y - here[2] * x) > _DIRECTION:  # turned about another axis before
-                # the weight turns on evenly, on the great circle from where it points to where it will
-                here, there = here / np.linalg.norm(here), np.array([np.cos(end), np.sin(end) * x, np.sin(end) * y])
-                way = float(np.arccos(here @ there))
-                shares = np.sin(np.outer(part, (-way, way)) + (way, 0.0)) / np.sin(way)
-                out[:, weights] = shares @ np.array([here, there])
-                return out
-            first = float(np.arctan2(start[WEIGHT_X] * x + start[WEIGHT_Y] * y, start[WEIGHT]))
-            angle = first + part * (end - first)
-            out[:, weights] = np.column_stack([np.cos(angle), np.sin(angle) * x, np.sin(angle) * y])
-        elif isinstance(stage, Settle) and stage.gently:
-            # parts are of the most steps that the stage may take
-            out *= np.minimum(part * (stage.max_steps / stage.gently), 1.0)[:, None]
-        return out
 
     def note_slip(self, stage: Settle, done: int) -> None:
         """Say how far joints slid where the first loads acted at once and overshot.

@@ -11,6 +11,7 @@ from dem.model.advance import run
 from dem.model.rest_criterion import SETTLING, displacement_since, restless
 from dem.model.stable_step import block_stiffness
 from dem.model.state import DYNAMIC, State, UnstableError
+from dem.stages.load_factors import load_factors
 from dem.stages.recording import Recorder
 from dem.stages.resuming import Position, RunStatus
 from dem.stages.stage_checks import SERVO_EVERY, servo_holds, stage_length
@@ -281,7 +282,7 @@ class StageRun:
             part = (at.done + ahead) / self.steps
         else:
             part = np.minimum((state.time - at.begun + ahead * state.dt) / self.duration, 1.0)
-        return self.rec.table(at.factors, part, self.stage)
+        return load_factors(at.factors, part, self.stage)
 
     def _speeds(self, count: int, waits: bool) -> Array:
         """Factors of the prescribed twists in each of the next steps, in their order, shape (count, d).

@@ -1,0 +1,66 @@
+"""Factors of the load cases on the way through a stage: live loads that grow, weight that turns, loads that come on."""
+
+import numpy as np
+
+from dem.model.state import LIVE, WEIGHT, WEIGHT_X, WEIGHT_Y
+from limitmason.arrays import Array
+from limitmason.errors import InputError
+from limitmason.model.stages import Ramp, Settle, Stage, Tilt
+
+_LEVEL = 1e-9  # part of an axis that may be vertical: its rounding [-]
+_OFF = 1e-12  # weight across the way that a table turns, over all weight: more is no rounding, it leans elsewhere [-]
+
+
+def load_factors(start: Array, part: Array, stage: Stage) -> Array:
+    """Factors of the cases at the given parts of a stage, shape (steps, 5).
+
+    Their columns are those of :attr:`dem.model.state.State.factors`. What a stage does not change stays.
+
+    Parameters
+    ----------
+    start : factors at the stage's beginning, shape (5,)
+    part : parts of it from 0 to 1, shape (steps,)
+    stage : which says how they change
+    """
+    out = np.tile(start, (len(part), 1))
+    if isinstance(stage, Ramp):
+        out[:, LIVE] = start[LIVE] + part * (stage.to - start[LIVE])
+    elif isinstance(stage, Tilt):
+        weight = [WEIGHT, WEIGHT_X, WEIGHT_Y]
+        out[:, weight] = _turned(start[weight], part, stage)
+    elif isinstance(stage, Settle) and stage.gently:
+        # parts are of the most steps that the stage may take
+        out *= np.minimum(part * (stage.max_steps / stage.gently), 1.0)[:, None]
+    return out
+
+
+def _turned(here: Array, part: Array, stage: Tilt) -> Array:
+    """Factors of the weight down, along x and along y while a table turns, shape (steps, 3).
+
+    Parameters
+    ----------
+    here : the factors where the stage begins, shape (3,)
+    part : parts of the stage from 0 to 1, shape (steps,)
+    stage : axis and angle at the end
+
+    Raises
+    ------
+    InputError
+        For an axis that is not horizontal.
+    """
+    axis = np.asarray(stage.axis, dtype=float)
+    size = np.linalg.norm(axis)
+    if not size > 0 or abs(axis[2]) > _LEVEL * size:
+        raise InputError(f"tilting axis {stage.axis} is not horizontal")
+    y, x = axis[:2] / size * (-1.0, 1.0)  # downhill: the axis turned by a right angle
+    end = float(np.deg2rad(stage.to_deg))
+    if abs(here[1] * y - here[2] * x) > _OFF:
+        # an earlier stage has turned the table about another axis. The weight turns on evenly, on the great circle from
+        # where it points to where it will
+        here, there = here / np.linalg.norm(here), np.array([np.cos(end), np.sin(end) * x, np.sin(end) * y])
+        way = float(np.arccos(here @ there))
+        shares = np.sin(np.column_stack([way - part * way, part * way])) / np.sin(way)
+        return np.asarray(shares @ np.array([here, there]))
+    begin = float(np.arctan2(here[1] * x + here[2] * y, here[0]))
+    angle = begin + part * (end - begin)
+    return np.column_stack([np.cos(angle), np.sin(angle) * x, np.sin(angle) * y])
