@@ -175,14 +175,17 @@ def _peaks(
 
     # lines without power stay finite
     level = np.log(np.maximum(first, first.max() * _FLOOR))
-    # outside the band as low as its lowest line: no peak there, and none at its ends hidden
+    # outside the band as low as its lowest line, so that no peak there hides one of the band
     within = np.where(inside, level, level[inside].min() if inside.any() else 0.0)
     at, found = find_peaks(within, prominence=_PROMINENCE)
+    # at an end of the band that alone makes a peak of the slope of a mode beyond it
+    true = (level[at] >= level[at - 1]) & (level[at] >= level[at + 1])
+    at, prominence = at[true], found["prominences"][true]
     if not len(at):
         raise NotConverged("no peak of the spectra in the band: is the record long enough and excited there?")
-    at = np.sort(at[np.argsort(found["prominences"])[::-1][:count]])
+    at = np.sort(at[np.argsort(prominence)[::-1][:count]])
     # vertex of a parabola through the logarithms of three lines, from the middle one in lines; flat ones have none
-    a, b, c = level[at - 1], level[at], level[np.minimum(at + 1, len(f) - 1)]
+    a, b, c = level[at - 1], level[at], level[at + 1]
     curvature = a - 2 * b + c
     shift = 0.5 * (a - c) / np.where(curvature == 0.0, -1.0, curvature)
     frequency = f[at] + np.clip(shift, -0.5, 0.5) * (f[1] - f[0])

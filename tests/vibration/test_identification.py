@@ -46,6 +46,14 @@ def test_frequencies_and_shapes_of_a_chain(method, runs):
         assert found.method in str(found) or "frequency" in str(found)
 
 
+def test_a_mode_beyond_the_band_is_no_mode_at_its_end(runs):
+    # its slope was cut off there, and counted as a peak below the band it was asked in
+    signals, frequency, _ = runs[0]
+    found = identify_modes(signals, STEP, band=(1.2 * frequency[0], 9.0))
+    assert found.frequency == pytest.approx(frequency[1:], rel=0.01)
+    assert found.warnings == ("2 of 3 modes found in the band",)
+
+
 @pytest.mark.slow
 def test_planted_damping_is_found_within_a_tenth_over_twenty_seeds_and_intervals_cover_it(runs):
     found = np.array([identify_modes(signals, STEP, method="ssi").damping for signals, _, _ in runs])
