@@ -29,6 +29,7 @@ from limitmason.formats.document import DocumentNode, plain, read_document, writ
 from limitmason.model import Assembly
 
 SCHEMA, VERSION = "limitmason-prediction", 2
+_V0_1 = 1  # version of the files of limitmason 0.1
 UNITS = {
     "twists": "m/s, rad/s up to a common factor", "opening": "m/s", "sliding": "m/s", "normal": "N", "shear": "N",
     "moment": "N m", "torsion": "N m", "point_position": "m", "point_force": "N",
@@ -73,10 +74,10 @@ def read_prediction(path: str | Path) -> Prediction:
     """
     node = read_document(path, SCHEMA, VERSION)
     for key in ("method", "collapse_multiplier", "bound", "status"):
-        node[key]  # must be there
+        node[key]  # an error where it is not there
+    elsewhere = ("schema", "version", "units", "blocks", "structure", "loads", "bound", "bound_kind")
     values = node.values(
-        Prediction,
-        **dict.fromkeys(("schema", "version", "units", "blocks", "structure", "loads", "bound", "bound_kind")),
+        Prediction, **dict.fromkeys(elsewhere),
         mechanism=partial(_arrays, kind=Mechanism, columns={"twists": (6,), "sliding": (2,)}),
         resultants=partial(_arrays, kind=Resultants, columns={
             "shear": (2,), "moment": (2,), "point_position": (3,), "point_force": (3,),
@@ -86,16 +87,18 @@ def read_prediction(path: str | Path) -> Prediction:
         reaction=lambda part: part.make(Reaction, **part.values(Reaction)),
         references=lambda part: tuple(map(_cited, part)),
     )
-    if node["version"].value == 1:
+    if node["version"].value == _V0_1:
         values = _typed_of_0_1(values.get("provenance", {}), values.get("details", {})) | values
     words = node["bound"].text()
+    # files of 0.1 give the bound in words alone
     kind = node["bound_kind"].read(BoundKind) if "bound_kind" in node else None
     return node.make(Prediction, bound=Bound(kind, words) if kind else Bound.from_text(words), **values)
 
 
 def _cited(node: DocumentNode) -> Cited:
-    """A paper and what it is cited for."""
+    """A paper and what it is cited for, from its entry."""
     values = node.values(Reference, role=DocumentNode.text)
+    # a citation refuses an unknown role
     return node.make(lambda role, **given: Citation([Cited(role, Reference(**given))])[0], **values)
 
 
@@ -113,9 +116,13 @@ def _typed_of_0_1(provenance: Mapping[str, Any], details: Mapping[str, Any]) -> 
 
 
 def _arrays(node: DocumentNode, *, kind: type, columns: Mapping[str, tuple[int, ...]]) -> Any:
-    """A frozen result of arrays.
+    """A result that holds arrays, from its entry.
 
-    The given widths shape what is empty.
+    Parameters
+    ----------
+    node : the entry
+    kind : the class of the result
+    columns : of arrays with columns, their number by name: JSON has no shape for an array without rows
     """
     values = node.values(kind)
     return node.make(kind, **{k: v if v.size else v.reshape(0, *columns.get(k, ())) for k, v in values.items()})

@@ -12,6 +12,9 @@ from limitmason.model.joint_term import JointTerm, added_terms
 TIE_NUMBERS = tuple(f.name for f in fields(Tie) if f.name not in ("block_a", "point_a", "block_b", "point_b", "name"))
 """Fields of a tie that are numbers."""
 
+DENSITY = 2000.0
+"""Of blocks for which a file gives none [kg/m3], the default of ``Assembly`` too."""
+
 _PIECE_KEYS = ("vertices", "faces")
 _LOAD_KEYS = (
     "name", "dead", "live", "dead_arms", "live_arms", "horizontal", "body_force", "tilting", "point_loads", "pressures",
@@ -20,33 +23,36 @@ _LOAD_KEYS = (
 
 
 def blocks_of(node: DocumentNode) -> dict[str, Any]:
-    """Arguments of ``Assembly.from_polyhedra`` that describe the blocks."""
+    """Arguments of ``Assembly.from_polyhedra`` that describe the blocks, from a document."""
     solids, names, densities, axes = [], [], [], []
     default = node.get("density")
     for k, block in enumerate(node["blocks"]):
         block.mapping(("name", "density", "axis", "material", "parts", *_PIECE_KEYS))
         names.append(block.given("name", DocumentNode.text, f"block-{k}"))
         density = block.get("density") or default
-        if density is not None and isinstance(density.value, list):
+        if density is not None and isinstance(density.value, list):  # one for every block
             entries = list(density)
             if len(entries) <= k:
                 raise density.error(f"{len(entries)} densities, but there are more blocks")
             density = entries[k]
-        densities.append(2000.0 if density is None else density.number())
+        densities.append(DENSITY if density is None else density.number())
         axes.append(block.given("axis", DocumentNode.row, None))
-        parts = list(block["parts"]) if "parts" in block else [block]
-        for part in parts if "parts" in block else ():
-            part.mapping(_PIECE_KEYS)
-        solids.append([(part["vertices"].array(3), _faces(part["faces"])) for part in parts])
+        pieces = [block]  # a convex block is its own piece
+        if "parts" in block:
+            pieces = list(block["parts"])
+            for piece in pieces:
+                piece.mapping(_PIECE_KEYS)
+        solids.append([(piece["vertices"].array(3), _faces(piece["faces"])) for piece in pieces])
     return {"solids": solids, "names": names, "density": densities, "axes": axes}
 
 
 def _faces(node: DocumentNode) -> tuple[tuple[int, ...], ...]:
+    """Faces as numbers of their vertices, from 0."""
     return tuple(tuple(index.whole("the number of a vertex, from 0") for index in face) for face in node)
 
 
 def joint_of(node: DocumentNode) -> Joint:
-    """A joint law from its fields."""
+    """A joint law from the entry of its fields."""
     values = node.values(Joint, friction_coefficient=DocumentNode.number, terms=_terms)
     if ("friction_angle_deg" in values) == ("friction_coefficient" in values):
         raise node.error("give exactly one of 'friction_angle_deg' and 'friction_coefficient'")
@@ -56,7 +62,7 @@ def joint_of(node: DocumentNode) -> Joint:
 
 
 def _terms(node: DocumentNode) -> tuple[JointTerm, ...]:
-    """Terms added to a law: their numbers by field, by the name under which each is registered."""
+    """Terms added to a joint law, from an entry with the numbers of each by its registered name."""
     known, out = added_terms(), []
     for name, numbers in node.items():
         if name not in known:
@@ -67,7 +73,7 @@ def _terms(node: DocumentNode) -> tuple[JointTerm, ...]:
 
 
 def joint_table(node: DocumentNode) -> dict[Any, Joint]:
-    """Laws by kind and by pair of block names."""
+    """Joint laws of a document, by kind of joint and by pair of block names."""
     table: dict[Any, Joint] = {}
     if "joints" in node:
         table |= {kind: joint_of(law) for kind, law in node["joints"].items()}
@@ -88,12 +94,19 @@ def material_of(node: DocumentNode) -> Material:
 
 
 def with_materials(node: DocumentNode, assembly: Assembly) -> Assembly:
-    """The assembly with the materials of a document: one for all blocks, or a table whose names the blocks give.
+    """The assembly with the materials of a document.
 
-    A density that the file gives a block goes before that of its material.
+    There is one for all blocks, or a table of which the blocks give a name. A density that the file gives a block goes
+    before that of its material.
+
+    Parameters
+    ----------
+    node : the document
+    assembly : with the blocks of the document, in its order
     """
     table = {name: material_of(entry) for name, entry in node["materials"].items()} if "materials" in node else {}
     default = node.given("material", material_of, None)
+    # outlines have no entries of their own, and so no material of their own
     entries = list(node["blocks"]) if "blocks" in node else [None] * assembly.n_blocks
     blocks = list(assembly.blocks)
     for k, entry in enumerate(entries):
@@ -105,8 +118,8 @@ def with_materials(node: DocumentNode, assembly: Assembly) -> Assembly:
             material = table[name]
         if material is None:
             continue
-        said = "density" in node or (entry is not None and "density" in entry)
-        density = blocks[k].density if said or material.density is None else float(material.density)
+        given = "density" in node or (entry is not None and "density" in entry)
+        density = blocks[k].density if given or material.density is None else float(material.density)
         if not density > 0.0:
             raise node.error(f"block {blocks[k].name!r} has no density and neither has its material")
         blocks[k] = replace(blocks[k], material=material, density=density)
@@ -120,16 +133,13 @@ def block_pair(node: DocumentNode, assembly: Assembly) -> tuple[int, int]:
 
 
 def support_of(node: DocumentNode) -> Support:
-    """A support from its fields."""
+    """A support from the entry of its fields."""
     values = node.values(Support, block=None)
     return node.make(Support, node["block"].block(), **values)
 
 
 def tie_of(node: DocumentNode) -> Tie:
-    """A tie from its fields.
-
-    Its blocks are a pair, null for the ground.
-    """
+    """A tie from its entry, whose ``blocks`` and ``points`` are pairs; the second block is null for the ground."""
     node.mapping(("blocks", "points", "name", *TIE_NUMBERS))
     blocks, points = list(node["blocks"]), list(node["points"])
     if len(blocks) != 2 or len(points) != 2:
@@ -141,10 +151,18 @@ def tie_of(node: DocumentNode) -> Tie:
     )
 
 
-def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
-    """Loads of a document: wrenches, or self weight with the actions named in it.
+def _face_of_block(node: DocumentNode) -> str | tuple[Any, ...]:
+    """A face of a block: its name, or the direction x, y, z in which it looks."""
+    return node.text() if isinstance(node.value, str) else tuple(node.row())
 
-    Without any action it is self weight alone.
+
+def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
+    """Loads of a document: wrenches as they are given, or self weight with the actions named in it.
+
+    Parameters
+    ----------
+    node : the document; without an entry for loads they are self weight alone
+    assembly : of the document, on which they act
     """
     if "loads" not in node:
         return Loads.weight(assembly)
@@ -152,7 +170,7 @@ def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
     loads.mapping(_LOAD_KEYS)
     name = loads.given("name", DocumentNode.text, "")
     kinds = [k for k in ("dead", "horizontal", "body_force", "tilting") if k in loads]
-    if len(kinds) > 1:
+    if len(kinds) > 1:  # each is a whole live load of its own
         raise loads.error(f"{kinds[0]!r} and {kinds[1]!r} exclude each other")
     if "dead" in loads:
         n = assembly.n_blocks
@@ -160,7 +178,8 @@ def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
         return Loads(loads["dead"].array(6, rows=n), loads["live"].array(6, rows=n), name, **arms)
     out = Loads.weight(assembly)
     if kinds:
-        out = getattr(Loads, kinds[0])(assembly, loads[kinds[0]].row())
+        kind = kinds[0]  # that is also what the constructor is called
+        out = getattr(Loads, kind)(assembly, loads[kind].row())
     for entry in loads.get("point_loads") or ():
         entry.mapping(("block", "force", "at", "case"))
         out = out.with_point_load(
@@ -169,13 +188,11 @@ def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
         )
     for entry in loads.get("pressures") or ():
         entry.mapping(("block", "pressure", "level", "unit_weight", "traction", "face", "case"))
-        face = entry.get("face")
         out = out.with_pressure(
             assembly, entry["block"].block(),
             **{key: entry.given(key, DocumentNode.number, None) for key in ("pressure", "level", "unit_weight")},
             traction=entry.given("traction", DocumentNode.row, None),
-            case=entry.given("case", DocumentNode.text, "dead"),
-            face="top" if face is None else face.text() if isinstance(face.value, str) else tuple(face.row()),
+            case=entry.given("case", DocumentNode.text, "dead"), face=entry.given("face", _face_of_block, "top"),
         )
     if "precompression" in loads:
         entry = loads["precompression"]

@@ -70,11 +70,23 @@ _KEYS = (
 )
 
 
-class Model(NamedTuple):
-    """What a model file holds.
+class _StoredInterface(NamedTuple):
+    """An interface of a file: numbers of its blocks, law, kind, and its entry, which may hold its shape."""
 
-    The assembly and its loads (self weight alone where the file gives none).
-    """
+    block_a: int
+    block_b: int
+    law: Joint
+    kind: str
+    entry: DocumentNode
+
+    @property
+    def pair(self) -> tuple[int, int]:
+        """Numbers of the blocks, the smaller one first, as contact detection gives them."""
+        return min(self.block_a, self.block_b), max(self.block_a, self.block_b)
+
+
+class Model(NamedTuple):
+    """What a model file holds: the assembly, and its loads, which are self weight where the file gives none."""
 
     assembly: Assembly
     loads: Loads
@@ -100,6 +112,7 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
     laws = _names("joint", (i.joint for i in assembly.interfaces))
     materials = _names("material", (b.material for b in assembly.blocks if b.material is not None))
     names = [b.name for b in assembly.blocks]
+    # on reading contacts are found again: only others have to be stored
     shapes = () if _same_as_found(assembly) else ("polygon", "normal")
     interfaces = [
         {"blocks": [names[i.block_a], names[i.block_b]], "kind": i.kind, "law": laws[i.joint],
@@ -144,7 +157,7 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
 
 
 def _rules(assembly: Assembly) -> dict[str, Any]:
-    """Rules of contact where they say more than the tolerance."""
+    """Rules of contact as an entry of the file, nothing where they say no more than the tolerance does."""
     rules = assembly.contact_rules
     if rules == ContactRules(assembly.tolerance):
         return {}
@@ -152,13 +165,17 @@ def _rules(assembly: Assembly) -> dict[str, Any]:
 
 
 def _tie(tie: Tie) -> dict[str, Any]:
+    """A tie as an entry of the file."""
     numbers = {name: getattr(tie, name) for name in entries.TIE_NUMBERS if getattr(tie, name) is not None}
     name = {"name": tie.name} if tie.name else {}
     return {"blocks": [tie.block_a, tie.block_b], "points": plain(tie.ends, "ties"), **numbers, **name}
 
 
 def _names(kind: str, laws: Iterable[Any]) -> dict[Any, str]:
-    """Names for ``laws``, joint laws or materials, each once, none given twice."""
+    """Names for ``laws``, joint laws or materials, each once and no name twice.
+
+    Those without a name of their own are called by ``kind``, "joint" or "material", and a number.
+    """
     out: dict[Any, str] = {}
     for law in dict.fromkeys(laws):
         base = law.name or f"{kind}-{len(out)}"
@@ -170,10 +187,7 @@ def _names(kind: str, laws: Iterable[Any]) -> dict[Any, str]:
 
 
 def _given(law: Joint | Material) -> dict[str, Any]:
-    """Fields that differ from the default.
-
-    Infinity is a default and so needs no number.
-    """
+    """Fields of a law or material that differ from their default, as plain data."""
     values = {f.name: getattr(law, f.name) for f in fields(law) if getattr(law, f.name) != f.default}
     if "terms" in values:
         values["terms"] = {name_of(term): term.numbers for term in values["terms"]}
@@ -181,7 +195,8 @@ def _given(law: Joint | Material) -> dict[str, Any]:
 
 
 def _same_as_found(assembly: Assembly) -> bool:
-    """Whether contact detection would find these very interfaces."""
+    """Whether contact detection would find the very interfaces that an assembly has."""
+    # an assembly without any may have lost those that detection would find: the file must say none
     if not assembly.interfaces:
         return False
     found = _with_found_contacts(assembly).interfaces
@@ -253,7 +268,7 @@ def _check_units(node: DocumentNode) -> None:
 
 
 def _tolerances(node: DocumentNode) -> dict[str, Any]:
-    """Arguments of the constructors that say which faces touch."""
+    """Arguments of the constructors of ``Assembly`` that say which faces touch, from the document ``node``."""
     rules, distance = node.get("contact_rules"), node.given("tolerance", DocumentNode.number, None)
     if rules is None:
         return {"tolerance": distance}
@@ -265,8 +280,9 @@ def _tolerances(node: DocumentNode) -> dict[str, Any]:
 
 
 def _simple(node: DocumentNode) -> Assembly:
-    """Assembly of a file that gives outlines or blocks and the laws of their joints."""
+    """Assembly of a document that gives outlines or blocks and the laws of their joints."""
     supports = [entries.support_of(s) for s in node.get("supports") or ()]
+    # what is held in every direction is fixed, and held while contacts are found
     fixed = [f.block() for f in node.get("fixed") or ()] + [s.block for s in supports if all(s.held)]
     options: dict[str, Any] = {
         "joint": entries.joint_of(node["joint"]), "joints": entries.joint_table(node), "fixed": fixed,
@@ -277,12 +293,13 @@ def _simple(node: DocumentNode) -> Assembly:
         for key in ("names", "density"):
             if key in node and isinstance(node[key].value, list) and len(node[key].value) != count:
                 raise node[key].error(f"{len(node[key].value)} entries for {count} outlines")
-        density = node.get("density")
+        density: Any = entries.DENSITY
+        if given := node.get("density"):
+            density = given.row() if isinstance(given.value, list) else given.number()
         names = [n.text() for n in node["names"]] if "names" in node else None
         assembly = Assembly.from_polygons(
             [outline.array(2) for outline in node["outlines"]], thickness=node["thickness"].number(), names=names,
-            density=2000.0 if density is None else density.row() if isinstance(density.value, list)
-            else density.number(), **options,
+            density=density, **options,
         )
     else:
         assembly = Assembly.from_polyhedra(**entries.blocks_of(node), **options)
@@ -295,13 +312,14 @@ def _recipe(node: DocumentNode) -> dict[str, Any]:
 
 
 def _stored(node: DocumentNode) -> Assembly:
-    """Assembly of a file that gives every interface with its law."""
+    """Assembly of a document that gives every interface with its law."""
     for key in ("joints", "joints_between"):
         if key in node:
             raise node[key].error("does not go with 'interfaces', which assign the laws; remove one of the two")
     if "outlines" in node:
         raise node["interfaces"].error("needs 'blocks'; give 'joint' with 'outlines'")
     laws = {name: entries.joint_of(law) for name, law in node["joint_laws"].items()}
+    # the law of the contacts that are found here stands for those of the file, which follow
     assembly = Assembly.from_polyhedra(
         **entries.blocks_of(node), joint=Joint(0.0), **_tolerances(node), recipe=node.given("recipe", _recipe, None),
     )
@@ -313,15 +331,16 @@ def _stored(node: DocumentNode) -> Assembly:
         a, b = entries.block_pair(entry["blocks"], assembly)
         if entry["law"].text() not in laws:
             raise entry["law"].error(f"there is no law {entry['law'].value!r} in 'joint_laws'")
-        rows.append((a, b, laws[entry["law"].value], entry["kind"].text(), entry))
-    given = [("polygon" in r[4]) for r in rows]
-    if any(given) and not all(given):
-        raise rows[given.index(False)][4].error("'polygon' is missing; give it for every interface or for none")
-    if any(given):
+        rows.append(_StoredInterface(a, b, laws[entry["law"].value], entry["kind"].text(), entry))
+    shaped = [("polygon" in row.entry) for row in rows]
+    if any(shaped) and not all(shaped):
+        raise rows[shaped.index(False)].entry.error("'polygon' is missing; give it for every interface or for none")
+    if any(shaped):
         interfaces = [
             Interface(
-                block_a=a, block_b=b, polygon=e["polygon"].array(3), normal=e["normal"].row(), joint=law, kind=kind,
-            ) for a, b, law, kind, e in rows
+                block_a=row.block_a, block_b=row.block_b, polygon=row.entry["polygon"].array(3),
+                normal=row.entry["normal"].row(), joint=row.law, kind=row.kind,
+            ) for row in rows
         ]
     else:
         interfaces = _assigned(node, assembly, rows)
@@ -331,14 +350,18 @@ def _stored(node: DocumentNode) -> Assembly:
     return assembly.with_supports(supports) if supports else assembly
 
 
-def _assigned(node: DocumentNode, assembly: Assembly, rows: list) -> list[Interface]:
-    """Found interfaces with the stored laws and kinds, pair by pair in the stored order.
+def _assigned(node: DocumentNode, assembly: Assembly, rows: list[_StoredInterface]) -> list[Interface]:
+    """Found interfaces with the stored laws and kinds.
+
+    Several between one pair of blocks take those of the file in its order.
 
     Parameters
     ----------
-    rows : of every stored interface: its two blocks, then law and kind
+    node : the document, for errors
+    assembly : with the interfaces that contact detection found
+    rows : the interfaces of the file
     """
-    stored = Counter((min(r[0], r[1]), max(r[0], r[1])) for r in rows)
+    stored = Counter(row.pair for row in rows)
     found = Counter((i.block_a, i.block_b) for i in assembly.interfaces)
     for pair in sorted(stored | found):
         if stored[pair] != found[pair]:
@@ -348,11 +371,11 @@ def _assigned(node: DocumentNode, assembly: Assembly, rows: list) -> list[Interf
                 f"the tolerance of {assembly.tolerance:.3g} m; if the geometry was edited, replace 'interfaces' and "
                 "'joint_laws' by 'joint', or correct the geometry"
             )
-    waiting: dict[tuple[int, int], list] = {}
+    waiting: dict[tuple[int, int], list[_StoredInterface]] = {}
     for row in rows:
-        waiting.setdefault((min(row[0], row[1]), max(row[0], row[1])), []).append(row)
-    return [
-        replace(i, joint=row[2], kind=row[3])
-        for i in assembly.interfaces
-        for row in (waiting[i.block_a, i.block_b].pop(0),)
-    ]
+        waiting.setdefault(row.pair, []).append(row)
+    out = []
+    for interface in assembly.interfaces:
+        row = waiting[interface.block_a, interface.block_b].pop(0)
+        out.append(replace(interface, joint=row.law, kind=row.kind))
+    return out

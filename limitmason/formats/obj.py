@@ -27,17 +27,17 @@ _IGNORED = frozenset(
 
 
 class Solids(NamedTuple):
-    """Blocks of a file.
-
-    Convex pieces [m] of each, ready for ``Assembly.from_polyhedra``, and their names.
-    """
+    """Blocks of a file, ready for ``Assembly.from_polyhedra``: pieces of each [m], and their names."""
 
     solids: list[list[Solid]]
     names: list[str]
 
 
 class _ObjFace(NamedTuple):
-    key: tuple[str | None, str | None]
+    """A face with the object and the group in which it stands, None for none, and its corners by number from 0."""
+
+    thing: str | None
+    group: str | None
     vertices: tuple[int, ...]
 
 
@@ -62,7 +62,7 @@ def write_obj(path: str | Path, assembly: Assembly | Solids) -> None:
     else:
         solids, names = assembly
     lines = ["# limitmason blocks; units: m; z up"]
-    first = 1
+    first = 1  # number of the first vertex of a piece: a file counts from 1, through all blocks
     for name, parts in zip(names, solids, strict=True):
         if name != " ".join(name.split()) or not name:
             raise InputError(f"block name {name!r} cannot be written to OBJ: it is empty or has odd spaces")
@@ -103,22 +103,16 @@ def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
     points = np.array(vertices, dtype=float).reshape(-1, 3)
     if up == "y":
         points = np.column_stack([points[:, 0], -points[:, 2], points[:, 1]])
-    if scale != 1.0:
-        points = points * scale
-    pieces: dict[str, dict[str, list[tuple[int, ...]]]] = {}
-    for name, piece, face in _named(faces, Path(path).stem):
-        pieces.setdefault(name, {}).setdefault(piece, []).append(face)
-    solids = [[_solid(points, rows) for rows in parts.values()] for parts in pieces.values()]
-    return Solids(solids, list(pieces))
+    points = points * scale
+    blocks: dict[str, dict[str, list[tuple[int, ...]]]] = {}  # faces by block and piece
+    for block, piece, face in _named(faces, Path(path).stem):
+        blocks.setdefault(block, {}).setdefault(piece, []).append(face)
+    solids = [[_solid(points, piece) for piece in pieces.values()] for pieces in blocks.values()]
+    return Solids(solids, list(blocks))
 
 
 def _parsed(path: str | Path) -> tuple[list[list[float]], list[_ObjFace]]:
-    """Vertices, and faces with the object and group they are of.
-
-    Returns
-    -------
-    vertices, faces : x, y, z of each; corners, object and group
-    """
+    """Vertices x, y, z of the file ``path``, in its units and axes, and its faces."""
     vertices: list[list[float]] = []
     faces: list[_ObjFace] = []
     thing: str | None = None
@@ -128,7 +122,7 @@ def _parsed(path: str | Path) -> tuple[list[list[float]], list[_ObjFace]]:
     for number, raw in enumerate(text.splitlines(), 1):
         # names may hold a number sign, everything else ends there
         line = pending + (raw if raw.startswith(("o ", "g ")) else raw.split("#", 1)[0]).strip()
-        if line.endswith("\\"):
+        if line.endswith("\\"):  # goes on in the next line
             pending = line[:-1] + " "
             continue
         pending = ""
@@ -139,9 +133,9 @@ def _parsed(path: str | Path) -> tuple[list[list[float]], list[_ObjFace]]:
         if keyword == "v":
             vertices.append(_vertex(rest, where))
         elif keyword == "f":
-            faces.append(_ObjFace((thing, group), _face(rest, len(vertices), where)))
+            faces.append(_ObjFace(thing, group, _face(rest, len(vertices), where)))
         elif keyword == "o":
-            thing, group = rest.strip() or None, None
+            thing, group = rest.strip() or None, None  # groups end with their object
         elif keyword == "g":
             group = rest.strip() or None
         else:
@@ -152,7 +146,7 @@ def _parsed(path: str | Path) -> tuple[list[list[float]], list[_ObjFace]]:
 
 
 def _vertex(text: str, where: str) -> list[float]:
-    """Three coordinates of a vertex."""
+    """Coordinates x, y, z of a vertex, from the ``text`` after its keyword; ``where`` names the line in errors."""
     words = text.split()
     try:
         numbers = [float(w) for w in words[:3]]
@@ -166,11 +160,15 @@ def _vertex(text: str, where: str) -> list[float]:
 
 
 def _face(text: str, count: int, where: str) -> tuple[int, ...]:
-    """Corners of a face, numbered from 0: a file counts from 1, or back from its last vertex where it is negative.
+    """Corners of a face, numbered from 0.
+
+    The file counts from 1, or back from its last vertex where the number is negative.
 
     Parameters
     ----------
-    count : vertices before this line
+    text : what stands after the keyword: numbers, each perhaps with those of texture and normal behind a slash
+    count : number of vertices before this line
+    where : the file and the line, for errors
     """
     out = []
     for word in text.split():
@@ -188,35 +186,44 @@ def _face(text: str, count: int, where: str) -> tuple[int, ...]:
 
 
 def _named(faces: list[_ObjFace], stem: str) -> Iterable[tuple[str, str, tuple[int, ...]]]:
-    """Block name, piece and vertices of every face."""
-    groups: dict[str | None, set[str | None]] = {}
-    objects: dict[str | None, set[str | None]] = {}
-    for face in faces:
-        thing, group = face.key
+    """Block, piece and corners of every face; the piece is "" where the block has one.
+
+    Parameters
+    ----------
+    faces : with object and group
+    stem : name of the block where the file gives none
+    """
+    groups: dict[str | None, set[str | None]] = {}  # of every object
+    objects: dict[str | None, set[str | None]] = {}  # in which a group of that name stands
+    for thing, group, _ in faces:
         groups.setdefault(thing, set()).add(group)
         if group is not None:
             objects.setdefault(group, set()).add(thing)
-    for face in faces:
-        thing, group = face.key
+    for thing, group, corners in faces:
         if group is not None and thing is not None and _PART.match(group):
-            yield thing, group, face.vertices
+            yield thing, group, corners
         elif group is None:
-            yield thing or stem, "", face.vertices
+            yield thing or stem, "", corners
         elif thing is None or (len(objects[group]) == 1 and len(groups[thing]) > 1):
-            yield group, "", face.vertices
+            # an object of several groups is a whole structure, its groups are the blocks
+            yield group, "", corners
         elif len(groups[thing]) == 1:
-            yield thing, "", face.vertices
+            yield thing, "", corners
         else:
-            yield f"{thing}/{group}", "", face.vertices
+            # several objects have groups of one name, which names no block alone
+            yield f"{thing}/{group}", "", corners
 
 
 def _solid(points: Array, faces: list[tuple[int, ...]]) -> Solid:
-    """A solid of ``faces``, corners by number of ``points`` (n, 3), with a numbering of its own.
+    """A solid with corners numbered on its own; those at exactly the same place become one.
 
-    Corners at the same place become one.
+    Parameters
+    ----------
+    points : vertices of the file [m], shape (n, 3)
+    faces : of the solid, by number of the vertices
     """
-    place: dict[tuple[float, ...], int] = {}
-    number: dict[int, int] = {}
+    place: dict[tuple[float, ...], int] = {}  # number of the corner at a place
+    number: dict[int, int] = {}  # of the corner that a vertex of the file became
     for i in sorted({i for face in faces for i in face}):
         number[i] = place.setdefault(tuple(points[i].tolist()), len(place))
     vertices = np.array(list(place), dtype=float)
@@ -224,5 +231,4 @@ def _solid(points: Array, faces: list[tuple[int, ...]]) -> Solid:
 
 
 def _without_repeats(face: list[int]) -> tuple[int, ...]:
-    kept = [i for k, i in enumerate(face) if i != face[k - 1]]
-    return tuple(kept)
+    return tuple(i for k, i in enumerate(face) if i != face[k - 1])

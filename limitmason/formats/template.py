@@ -32,7 +32,7 @@ OUTLINES
 """
 
 
-_OPEN = 0.012  # mortar of the drawing [m]
+_OPEN = 0.012  # thickness of the mortar in the drawing [m]
 
 
 def write_model_template(path: str | Path, *, of: str = "wall") -> None:
@@ -63,6 +63,7 @@ def write_model_template(path: str | Path, *, of: str = "wall") -> None:
         bridge = arch(thickness=0.45, width=1.0, voussoirs=15, span=5.0, rise=1.5, joint=joint)
         write_json(path, bridge, Loads.weight(bridge))
         return
+    # six courses of 0.2 m, half a stone of 0.4 m at the ends of every second one, on a slab; corners x, z [m]
     stones = {"ground": [[-0.2, -0.2], [1.4, -0.2], [1.4, 0.0], [-0.2, 0.0]]}
     for course, ends in enumerate([[0, 0.4, 0.8, 1.2], [0, 0.2, 0.6, 1.0, 1.2]] * 3):
         low, high = round(0.2 * course, 3), round(0.2 * (course + 1), 3)
@@ -77,7 +78,9 @@ def write_model_template(path: str | Path, *, of: str = "wall") -> None:
 
 
 def _drawing(stones: Mapping[str, Sequence[Sequence[float]]]) -> str:
-    """An SVG of rectangles in millimetres, half the mortar off every side, the ground on a layer of its own.
+    """An SVG of rectangles in millimetres, with half the mortar off every side.
+
+    The ground has a layer of its own, as it is held.
 
     Parameters
     ----------
@@ -86,9 +89,12 @@ def _drawing(stones: Mapping[str, Sequence[Sequence[float]]]) -> str:
     layers: dict[str, list[str]] = {"ground": [], "stones": []}
     for name, corners in stones.items():
         (left, low), (right, high) = corners[0], corners[2]
-        x, y, w, h = (1e3 * v for v in (left + _OPEN / 2, _OPEN / 2 - high, right - left - _OPEN, high - low - _OPEN))
-        rectangle = f'  <rect x="{x:g}" y="{y:g}" width="{w:g}" height="{h:g}"/>'
+        # y points down: its upper left corner is at -z of the top
+        x, y = 1e3 * (left + _OPEN / 2), 1e3 * (_OPEN / 2 - high)
+        width, height = 1e3 * (right - left - _OPEN), 1e3 * (high - low - _OPEN)
+        rectangle = f'  <rect x="{x:g}" y="{y:g}" width="{width:g}" height="{height:g}"/>'
         layers["ground" if name == "ground" else "stones"].append(rectangle)
     groups = "\n".join(f' <g id="{name}">\n' + "\n".join(rows) + "\n </g>" for name, rows in layers.items())
+    # the wall of 1.2 m by 1.2 m, its slab, and some room around
     box = 'viewBox="-250 -1250 1700 1500" fill="none" stroke="black"'
     return f'<svg xmlns="http://www.w3.org/2000/svg" {box}>\n{groups}\n</svg>\n'

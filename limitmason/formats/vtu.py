@@ -20,12 +20,25 @@ from limitmason.storage.files import named_path, utf8, write_text
 
 Array = NDArray
 
-_POLYGON, _POLYHEDRON = 7, 42
+_POLYGON, _POLYHEDRON = 7, 42  # numbers of the kinds of cells in VTK
 _TYPES = {"f8": "Float64", "i8": "Int64", "u1": "UInt8"}
 ENCODINGS = ("base64", "ascii")
 
+_DRAWN = 0.05
+"""Largest displacement of a mechanism as drawn, over the largest extent of the structure; chosen."""
+
+_KINDS = {"bed": 0, "head": 1, "base": 2}
+_OTHER_KIND = 3
+
 
 class _Grid(NamedTuple):
+    """Cells as VTK has them.
+
+    ``points`` [m], shape (n, 3); ``connectivity`` the points of one cell after another, and ``offsets`` where those of
+    each cell end. ``kind`` is a polygon or a polyhedron. Of polyhedra ``faces`` has, one cell after another, the number
+    of faces, then of each face the number of its corners and these; ``face_offsets`` says where each cell ends in it.
+    """
+
     points: Array
     connectivity: Array
     offsets: Array
@@ -87,7 +100,9 @@ def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -
 
     Parameters
     ----------
-    twists, amplitude : of a mechanism, shape (n, 6), and the largest displacement of a vertex as drawn [m]
+    assembly : the model; each convex piece of a block is a cell
+    twists : of a mechanism [m/s, rad/s], shape (n, 6); None for none
+    amplitude : largest displacement of a vertex as drawn [m]; None for a share of the extent
     """
     pieces = [(i, part) for i, block in enumerate(assembly.blocks) for part in block.parts]
     owner = np.array([i for i, _ in pieces])
@@ -96,7 +111,7 @@ def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -
     points = np.concatenate([part.vertices for _, part in pieces])
     faces: list[int] = []
     ends = []
-    for (_, part), first in zip(pieces, start.tolist(), strict=False):
+    for (_, part), first in zip(pieces, start[:-1].tolist(), strict=True):
         faces.append(len(part.faces))
         for face in part.faces:
             faces.append(len(face))
@@ -116,7 +131,8 @@ def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -
         of_point = np.repeat(owner, counts)
         rate = velocity(assembly.centroids, twists, of_point, points)
         fastest = float(np.linalg.norm(rate, axis=1).max(initial=0.0))
-        reach = 0.05 * float(np.ptp(points, axis=0).max()) if amplitude is None else float(amplitude)
+        reach = _DRAWN * float(np.ptp(points, axis=0).max()) if amplitude is None else float(amplitude)
+        # for so long that the fastest vertex goes that far; a mechanism at rest goes nowhere
         motion = finite_motion(assembly.centroids, twists, reach / fastest if fastest else 0.0)
         cells |= {"velocity": twists[owner, :3], "spin": twists[owner, 3:]}
         data = {"displacement": motion.moved(points, of_point) - points, "rate": rate}
@@ -124,34 +140,36 @@ def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -
 
 
 def _interfaces(assembly: Assembly, prediction: Prediction | None, twists: Array | None) -> _Piece:
-    """Grid and cell data of the joints, with openings, slips and forces.
+    """Grid and cell data of the interfaces, with opening, sliding and forces.
 
     Parameters
     ----------
-    twists : of a mechanism, shape (n, 6); None for none
+    assembly : the model
+    prediction : whose forces are written, where it has them
+    twists : of a mechanism [m/s, rad/s], shape (n, 6); None for none
     """
-    x = assembly.arrays
-    k = len(assembly.interfaces)
+    joints = assembly.arrays
+    count = len(assembly.interfaces)
     grid = _Grid(
-        points=x.corners, connectivity=np.arange(len(x.corners)), offsets=x.corner_start[1:], kind=_POLYGON, faces=None,
-        face_offsets=None,
+        points=joints.corners, connectivity=np.arange(len(joints.corners)), offsets=joints.corner_start[1:],
+        kind=_POLYGON, faces=None, face_offsets=None,
     )
-    kinds = {"bed": 0, "head": 1, "base": 2}
     cells: dict[str, Array] = {
-        "interface": np.arange(k), "block_a": x.block_a, "block_b": x.block_b, "area": x.area,
-        "kind": np.array([kinds.get(i.kind, 3) for i in assembly.interfaces]),
+        "interface": np.arange(count), "block_a": joints.block_a, "block_b": joints.block_b, "area": joints.area,
+        "kind": np.array([_KINDS.get(i.kind, _OTHER_KIND) for i in assembly.interfaces]),
     }
     if twists is not None:
         opening, sliding = joint_rates(assembly, twists)
         cells |= {"opening": opening, "sliding": sliding}
     if prediction is not None and prediction.resultants is not None:
-        r = prediction.resultants
-        if len(r.normal) != k + len(assembly.ties):
-            has = f"the assembly has {k} and {len(assembly.ties)} ties"
-            raise InputError(f"the resultants are for {len(r.normal)} interfaces and ties, {has}")
-        shear = np.asarray(r.shear, dtype=float)[:k]
-        cells |= {"N": np.asarray(r.normal, dtype=float)[:k],
-                  "V": shear[:, :1] * x.tangent_1 + shear[:, 1:2] * x.tangent_2}
+        resultants = prediction.resultants
+        if len(resultants.normal) != count + len(assembly.ties):
+            has = f"the assembly has {count} and {len(assembly.ties)} ties"
+            raise InputError(f"the resultants are for {len(resultants.normal)} interfaces and ties, {has}")
+        # forces of the ties come last and are left out
+        shear = np.asarray(resultants.shear, dtype=float)[:count]
+        cells |= {"N": np.asarray(resultants.normal, dtype=float)[:count],
+                  "V": shear[:, :1] * joints.tangent_1 + shear[:, 1:2] * joints.tangent_2}
     return grid, cells, {}
 
 
@@ -162,9 +180,12 @@ def _write(
 
     Parameters
     ----------
-    cells, points : data of every cell and of every point, by name, with as many rows
-    encoding : "ascii" or binary
-    names : names of the blocks
+    path : of the file
+    grid : points and cells
+    cells : data of every cell by name, a row for each
+    points : data of every point by name, a row for each
+    encoding : of arrays, "base64" or "ascii"
+    names : names of the blocks; none where the cells are no blocks
     """
     n = len(grid.offsets)
     out = [
@@ -173,8 +194,9 @@ def _write(
         "<UnstructuredGrid>",
     ]
     if names:
+        # a text is an array of its bytes, with a zero at the end
         text = utf8("\n".join(names), path)
-        codes = " ".join(str(b) for b in (*text, 0))
+        codes = " ".join(str(byte) for byte in (*text, 0))
         out += [
             "<FieldData>",
             f'<Array type="String" Name="block_name" NumberOfTuples="1" format="ascii">{codes}</Array>',
@@ -194,13 +216,14 @@ def _write(
 
 
 def _array(name: str, values: Array, encoding: str) -> str:
-    """An array of ``values`` as a VTU element, as text or in base 64."""
+    """An array of ``values``, shape (n,) or (n, k), as a VTU element; ``encoding`` is "base64" or "ascii"."""
     kind = "u1" if values.dtype == np.uint8 else "i8" if values.dtype.kind in "iu" else "f8"
     data = np.ascontiguousarray(values, dtype=f"<{kind}" if kind != "u1" else kind)
     if encoding == "ascii":
         body, form = " ".join(repr(v) for v in data.ravel().tolist()), "ascii"
     else:
         raw = data.tobytes()
+        # the number of bytes stands before them, in eight bytes as header_type says
         body, form = base64.b64encode(len(raw).to_bytes(8, "little") + raw).decode(), "binary"
     width = f' NumberOfComponents="{data.shape[1]}"' if data.ndim == 2 else ""
     return f'<DataArray type="{_TYPES[kind]}" Name="{escape(name)}"{width} format="{form}">{body}</DataArray>'
