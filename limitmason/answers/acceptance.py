@@ -7,16 +7,20 @@ from dataclasses import dataclass
 import numpy as np
 
 OWN_RESIDUAL = 1e-6
-"""Unbalance of a block over its own load, and excess over a joint's law over its own force, of an accepted answer."""
+"""Largest residual of an accepted answer [-]; chosen.
+
+Unbalance of a block over its own load, excess of a joint over its law over its own force, and of a non-associative
+answer the violation of its flow rule.
+"""
 
 TOTAL_RESIDUAL = 1e-7
-"""The same over the total load."""
+"""Largest unbalance of a block, and excess of a joint, over the total load in an accepted answer [-]; chosen."""
 
 GAP = 1e-6
-"""Largest gap between the bounds of an accepted answer."""
+"""Largest gap between the bounds of an accepted answer [-]; chosen."""
 
 CELL_GAP = 5e-3
-"""Gap that the cells of cohesive faces may leave in an accepted answer."""
+"""Gap that the cells of cohesive faces may leave in an accepted answer [-]; chosen."""
 
 
 @dataclass(frozen=True)
@@ -34,15 +38,18 @@ class Certificate:
     yield_violation : largest excess over the joint law at a contact point [-]
     flow_residual : largest violation of the flow rule, opening < tan(psi) times sliding [-]
     complementarity : largest power that a joint force does against its flow rule [-]
-    static_multiplier, kinematic_multiplier : bounds from the forces and from the repaired mechanism [-]
+    static_multiplier : lower bound, from the forces [-]
+    kinematic_multiplier : upper bound, from the repaired mechanism [-]
     gap : (kinematic - static) over |static|, or over the multiplier at which live equals dead load if that is more [-]
     confinement : largest joint force over the total weight [-]; far above 1 the answer rests on self-stress
-    force_cap : joint force over the total weight up to which the kinematic bound holds; infinite (no limit) unless
+    force_cap : joint force over the total weight up to which the kinematic bound holds [-]; infinite (no limit) unless
         blocks are wedged so that no motion opens every joint
-    block_residual, worst_block : largest unbalance of a block over its *own* dead and live load (of a weightless block
-        over the largest joint force on it) [-], and the name of that block
-    joint_excess, worst_joint : largest excess over the joint law over the force in that joint, or the load of its
-        lighter block where that is more [-], and the names of its blocks
+    block_residual : largest unbalance of a block over its *own* dead and live load [-]; of a weightless block over the
+        largest joint force on it
+    worst_block : name of that block
+    joint_excess : largest excess over the joint law over the force in that joint, or over the load of its lighter block
+        where that is more [-]
+    worst_joint : names of the blocks of that joint
     discretisation : part of the gap that comes from dividing cohesive faces into cells [-]; below zero when the forces
         let cohesion gather where it is not
     """
@@ -66,21 +73,25 @@ class Certificate:
     def refusal(self) -> str:
         """Why the answer is not accepted as solved, or empty when it is.
 
-        Every block must be in equilibrium to 1e-6 of its own load and every joint within its law to 1e-6 of its own
-        force (both to 1e-7 of the total load as well), and the two bounds must meet to 1e-6, except for what the cells
-        of cohesive faces leave between them, at most 0.5 %. A non-associative answer, which has no second bound, must
-        keep its flow rule and do no power against it, to 1e-6 each. Cohesion must not act at points for more than it
-        does spread over the faces that the mechanism twists (a grid of too few points).
+        Every block must be in equilibrium and every joint within its law: to :data:`OWN_RESIDUAL` of its own load or
+        force, and to :data:`TOTAL_RESIDUAL` of the total load.
+        The two bounds must meet to :data:`GAP`. What the cells of cohesive faces leave between them does not count, if
+        it is at most :data:`CELL_GAP`.
+        A non-associative answer has no second bound: it must keep its flow rule, and joints do no power against it.
+        Cohesion at points must not do more than it does when spread over the faces that the mechanism twists. A grid of
+        too few points does.
         """
         if np.isnan(self.equilibrium_residual):
             return "there are no joint forces to certify"
         reasons = []
+        # not (a <= b) rather than a > b: a figure that is NaN proves nothing
         if not (self.block_residual <= OWN_RESIDUAL and self.equilibrium_residual <= TOTAL_RESIDUAL):
             reasons.append(
                 f"block {self.worst_block!r} is out of equilibrium by {self.block_residual:.1e} of its own load"
             )
         if not (self.joint_excess <= OWN_RESIDUAL and self.yield_violation <= TOTAL_RESIDUAL):
             reasons.append(f"the joint {self.worst_joint} exceeds its law by {self.joint_excess:.1e} of its own force")
+        # cells leave the forces below what whole faces carry; above it they are no stresses of these faces
         if self.discretisation < -GAP:
             most = self.kinematic_multiplier
             much = f"{-self.discretisation:.1e} too much" if np.isnan(most) else f"whole faces carry at most {most:.6g}"
@@ -91,7 +102,7 @@ class Certificate:
         elif not np.isnan(self.kinematic_multiplier):
             if not (self.discretisation <= CELL_GAP and abs(self.gap - self.discretisation) <= GAP):
                 reasons.append(f"the bounds from forces and from the mechanism differ by {self.gap:.1e}")
-        elif np.isnan(self.complementarity):
+        elif np.isnan(self.complementarity):  # neither a second bound nor the power of a non-associative mechanism
             reasons.append("no mechanism proves that no more can be carried")
         elif not (self.flow_residual <= OWN_RESIDUAL and self.complementarity <= OWN_RESIDUAL):
             worst = max(self.flow_residual, self.complementarity)

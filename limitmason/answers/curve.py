@@ -21,15 +21,25 @@ from limitmason.errors import InputError
 from limitmason.storage.csv_table import Tabular
 from limitmason.storage.frozen import ReadOnly
 
+_SECANT_FROM, _SECANT_TO = 0.1, 0.4
+"""Shares of the peak load between which a secant stiffness is taken, unless other ones are asked for; chosen."""
+
+_ULTIMATE = 0.8
+"""Share of the peak to which the load has fallen at the ultimate displacement, as is customary."""
+
 
 class Energy(NamedTuple):
-    """Energy up to every sample [J], shape (n,).
+    """Energy up to every sample [J], shape (n,) each.
 
-    Work of live and dead loads, what is stored, and what is lost.
-
-    ``lost`` is that of slip, crushing and cracks of a solid, ``broken`` that of joints which lose strength over an
-    opening, ``jumped`` what jumps took where they are followed; None where a theory has no such part. ``error`` is live
-    + dead - stored - lost - broken - jumped over the gross work |dW_live| + |dW_dead| so far.
+    Parameters
+    ----------
+    live : work of the live loads
+    dead : work of the dead loads
+    stored : elastic energy
+    lost : by slip, crushing and cracks of a solid
+    error : live + dead - stored - lost - broken - jumped, over the gross work |dW_live| + |dW_dead| so far [-]
+    broken : by joints which lose strength over an opening; None where a theory has no such part
+    jumped : taken by jumps where they are followed; None where a theory has no such part
     """
 
     live: Array
@@ -44,9 +54,12 @@ class Energy(NamedTuple):
 class Event(NamedTuple):
     """Something that happened along a curve.
 
-    ``name`` in the field's terms ("first crack", "unit yields", "jump"); ``index`` is the sample at or after which it
-    happened; ``where`` names the joint or block, empty where it is of the whole structure; ``value`` is what reached a
-    threshold, NaN where there is none.
+    Parameters
+    ----------
+    name : in the field's terms ("first crack", "unit yields", "jump")
+    index : of the sample at or after which it happened
+    where : name of the joint or block; empty where it is of the whole structure
+    value : what reached a threshold, in the unit of that; NaN where there is none
     """
 
     name: str
@@ -71,7 +84,8 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
     ----------
     displacement : in ``displacement_unit``, shape (n,)
     load : in ``load_unit``, shape (n,)
-    displacement_unit, load_unit : "m" and "N" unless said otherwise; "-" for a multiplier
+    displacement_unit : "m" unless said otherwise
+    load_unit : "N" unless said otherwise; "-" for a multiplier
     label : what a legend calls it
     events : in the order of their samples
     errors : named errors per sample, such as "energy" or "rate" [-], shape (n,) each
@@ -139,7 +153,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
 
     @property
     def _sense(self) -> float:
-        """Sign of the loads that are large: a curve that was pushed the other way has its own."""
+        """Sign of the load in the sense of the push; a curve pushed the other way has -1."""
         return 1.0
 
     @property
@@ -159,27 +173,34 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         falls = np.flatnonzero(np.diff(self.load) < 0.0)
         return self.point(int(falls[0])) if len(falls) else None
 
-    def ultimate(self, share: float = 0.8) -> CurvePoint | None:
-        """Where the load has first fallen to ``share`` of its peak [-].
+    def ultimate(self, share: float = _ULTIMATE) -> CurvePoint | None:
+        """Where the load has first fallen to a share of its peak, or None where it never does.
 
-        On a straight line between two samples; the index is that of the second. It is None where the load never falls
-        so far.
-        """
-        top = self.peak
-        below = np.flatnonzero(self._sense * (self.load[top.index :] - share * top.load) <= 0.0)
-        if not len(below):
-            return None
-        k = top.index + int(below[0])
-        return self.point(k) if k == top.index else CurvePoint(k, self._straight(k, share * top.load), share * top.load)
-
-    def stiffness(self, low: float = 0.1, high: float = 0.4) -> float:
-        """Secant stiffness between two shares of the peak on the way up.
-
-        Load over displacement, in the curve's units.
+        The displacement is that on a straight line between two samples, the index that of the second.
 
         Parameters
         ----------
-        low, high : 0 <= low < high <= 1 [-]; the crossings are interpolated between samples
+        share : of the peak load [-]
+        """
+        top = self.peak
+        load = share * top.load
+        below = np.flatnonzero(self._sense * (self.load[top.index :] - load) <= 0.0)
+        if not len(below):
+            return None
+        k = top.index + int(below[0])
+        if k == top.index:  # the peak itself, for a share of 1 or more, or a peak of zero
+            return self.point(k)
+        return CurvePoint(k, self._between(k, load), load)
+
+    def stiffness(self, low: float = _SECANT_FROM, high: float = _SECANT_TO) -> float:
+        """Secant stiffness between two shares of the peak on the way up.
+
+        It is load over displacement, in the curve's units, with crossings interpolated between samples.
+
+        Parameters
+        ----------
+        low : share of the peak load at the lower end [-], 0 <= low < high
+        high : share of the peak load at the upper end [-], at most 1
 
         Raises
         ------
@@ -189,21 +210,22 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         if not 0.0 <= low < high <= 1.0:
             raise InputError(f"shares of the peak must satisfy 0 <= low < high <= 1, got {low!r} and {high!r}")
         top = self.peak
-        ends = [self._crossing(share * top.load, top.index) for share in (low, high)]
-        return (high - low) * top.load / (ends[1] - ends[0])
+        first, second = (self._crossing(share * top.load, top.index) for share in (low, high))
+        return (high - low) * top.load / (second - first)
 
     def _crossing(self, load: float, last: int) -> float:
-        """Displacement at which a load is first reached, up to sample ``last``."""
+        """Displacement at which ``load`` is first reached, up to the sample ``last``, that of the peak."""
         reached = np.flatnonzero(self._sense * (self.load[: last + 1] - load) >= 0.0)
         k = int(reached[0])
         if k == 0:
+            # beyond the load from the start, so that the way up to it was not recorded
             if self._sense * (self.load[0] - load) > 0.0:
                 raise InputError(f"the curve starts at {self.load[0]:g} {self.load_unit}, beyond {load:g}")
             return float(self.displacement[0])
-        return self._straight(k, load)
+        return self._between(k, load)
 
-    def _straight(self, k: int, load: float) -> float:
-        """Displacement at which a load is passed between samples k - 1 and k."""
+    def _between(self, k: int, load: float) -> float:
+        """Displacement at which ``load`` is passed on a straight line between samples k - 1 and k."""
         x, y = self.displacement[k - 1 : k + 1], self.load[k - 1 : k + 1]
         return float(x[0] + (load - y[0]) / (y[1] - y[0]) * (x[1] - x[0]))
 
@@ -211,19 +233,20 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
     def quantities(self) -> dict[str, float]:
         """What a test would write down, by name, in the curve's units.
 
-        They are "peak", "drift at peak", "residual" (load at the end), "stiffness" (secant of 10 to 40 % of the peak),
-        "drift at 80 %" (where the load has fallen so far), and of the first event of each name its load and its drift.
-        What the curve does not show is left out.
+        "peak" and "drift at peak" are always there, and "residual", the load at the end. "stiffness" is the secant of
+        10 to 40 % of the peak, "drift at 80 %" the displacement where the load has fallen so far. The first event of
+        each name gives its load and its drift. What the curve does not show is left out.
         """
         top, ultimate = self.peak, self.ultimate()
         out = {"peak": top.load, "drift at peak": top.displacement, "residual": float(self.load[-1])}
-        if top.index and self._sense * (self.load[0] - 0.1 * top.load) <= 0.0:
+        # a secant needs a way up, from below its lower end
+        if top.index and self._sense * (self.load[0] - _SECANT_FROM * top.load) <= 0.0:
             out["stiffness"] = self.stiffness()
         if ultimate is not None:
             out["drift at 80 %"] = ultimate.displacement
-        for e in reversed(self.events):
-            at = self.point(e.index)
-            out |= {e.name: at.load, f"drift at {e.name}": at.displacement}
+        for event in reversed(self.events):  # of one name the first is written last
+            at = self.point(event.index)
+            out |= {event.name: at.load, f"drift at {event.name}": at.displacement}
         return out
 
     @property
@@ -236,9 +259,11 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def at(self, displacement: ArrayLike) -> Array:
-        """Load at given displacements, interpolated.
+        """Load at given displacements, interpolated on straight lines, NaN outside the curve.
 
-        It is NaN outside the curve.
+        Parameters
+        ----------
+        displacement : in the curve's unit, a number or of any shape, which is that of the answer
 
         Raises
         ------
@@ -256,11 +281,12 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
     def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Curve:
         """This curve in other units.
 
-        Values are multiplied by the factors given [new unit / old unit].
-
         Parameters
         ----------
-        displacement, load : factors on the values [new unit / old unit]
+        displacement_unit : the new one
+        displacement : factor on displacements [new unit / old unit]
+        load_unit : the new one
+        load : factor on loads [new unit / old unit]
         """
         return replace(
             self, displacement=self.displacement * displacement, load=self.load * load,

@@ -38,9 +38,9 @@ Solve = Callable[..., Prediction]
 
 
 def settings_of(name: str, *functions: Callable, without: tuple[str, ...] = ()) -> type:
-    """A frozen dataclass of the keyword-only parameters of functions, with their defaults.
+    """A frozen dataclass of keyword-only parameters of functions, with their defaults.
 
-    The functions stay the one home of names and defaults; of two that share a name the first counts.
+    The functions stay the one home of names and defaults. Of two that share a name the first counts.
 
     Parameters
     ----------
@@ -52,11 +52,12 @@ def settings_of(name: str, *functions: Callable, without: tuple[str, ...] = ()) 
     for function in functions:
         for p in inspect.signature(function).parameters.values():
             if p.kind is p.KEYWORD_ONLY and p.name not in without and p.name not in entries:
-                entries[p.name] = (p.name, p.annotation, field(default_factory=partial(_same, p.default)))
+                # a factory that returns the default: a dataclass refuses defaults that can be changed
+                entries[p.name] = (p.name, p.annotation, field(default_factory=partial(_itself, p.default)))
     return make_dataclass(name, entries.values(), frozen=True)
 
 
-def _same(value: Any) -> Any:
+def _itself(value: Any) -> Any:
     return value
 
 
@@ -83,9 +84,9 @@ class Method:
     stated : defaults that a comparison writes into its store, so that answers with and without them are told apart
     beside : what of a prediction's details stands beside its multiplier in a comparison, in words; "" for nothing
     kept : keys of a prediction's details that a comparison keeps
-    theorem : "upper" where its answer bounds the structure's own law from above, "admissible" where it is a multiplier
-        that law admits, "mechanism" where it bounds the associative value from above, "displaced" where it is that of
-        the displaced structure, "simulation" for others
+    theorem : what theory says of its answer. "upper": it bounds the structure's own law from above. "admissible": it is
+        a multiplier that law admits. "mechanism": it bounds the associative value from above. "displaced": it is that
+        of the displaced structure. "simulation": anything else
     drive : follows a structure that is driven to a displacement: called with assembly, ``Drive`` and ``to=`` [m]; None
         where the method has no such thing
     follow : follows a structure through stages of loading: called with assembly, stages and ``loads=``; None where the
@@ -114,7 +115,7 @@ class Method:
 
     @property
     def heading(self) -> str:
-        """Name in the head of a table: capitals for an abbreviation, as in figures, else as everywhere."""
+        """Name in the head of a table: that of figures where it is an abbreviation."""
         return self.look.name if self.look.name.isupper() else self.name
 
     @property
@@ -123,15 +124,22 @@ class Method:
         return () if self.settings is None else tuple(f.name for f in fields(self.settings))
 
     def feels(self, lever: str, *, plane: bool = True) -> bool:
-        """Whether it feels what a cause pulls at, and can compute it in plane, or in space."""
+        """Whether it feels and computes what a cause pulls at, one of ``LEVERS``, in plane or else in space."""
         return lever in self.levers or (plane and lever in self.plane_levers)
 
     def one_of_many(self, options: Mapping[str, Any]) -> dict[str, Any]:
-        """Options of one run of a study or diagnosis: without what costs more than the answer, unless asked for."""
+        """Options of one run of a study or diagnosis: the cheap ones, unless others are given."""
         return {**self.cheap, **options}
 
     def row(self, assembly: Assembly, loads: Loads, options: Mapping[str, Any]) -> dict[str, Any]:
-        """Multiplier, range and status of one run of a study as columns of a table, see :meth:`one_of_many`."""
+        """Multiplier, range and status of one run of a study, as columns of a table.
+
+        Parameters
+        ----------
+        assembly : to be solved
+        loads : on it
+        options : of the method, besides those of :meth:`one_of_many`
+        """
         found = self.predict(assembly, loads, **self.one_of_many(options))
         low, high = map(float, found.range[:2])
         return {"multiplier": float(found.collapse_multiplier), "low": low, "high": high, "status": found.status}

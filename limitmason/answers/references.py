@@ -19,8 +19,11 @@ from limitmason.errors import InputError
 THEORY, METHOD, SOLVER, DATA, PROGRAM = ROLES = ("theory", "method", "solver", "data", "program")
 """What a paper is cited for, in the order in which a citation lists them."""
 
-_KINDS = ("article", "book", "inproceedings", "manual", "misc", "phdthesis", "techreport")
-_HOUSE = {"article": "journal", "inproceedings": "booktitle", "phdthesis": "school", "techreport": "institution"}
+_HOUSE = {
+    "article": "journal", "book": "publisher", "inproceedings": "booktitle", "manual": "organization",
+    "misc": "howpublished", "phdthesis": "school", "techreport": "institution",
+}
+"""Kinds of BibTeX, and the field in which each says where the work was published."""
 
 
 @dataclass(frozen=True)
@@ -36,8 +39,11 @@ class Reference:
         sources at hand do not give them
     year : None where it is not known
     published_in : journal, proceedings, school or publisher
-    volume, number, pages : as text, empty where they are not known
-    doi, url : empty where they are not known
+    volume : as text, empty where it is not known
+    number : as text, empty where it is not known
+    pages : as text, empty where they are not known
+    doi : without the address of the resolver, empty where it is not known
+    url : empty where it is not known
     note : what a reader of the list must know, such as what is missing
 
     Raises
@@ -60,20 +66,21 @@ class Reference:
     note: str = ""
 
     def __post_init__(self) -> None:
-        """Check what BibTeX would stumble over, and take lists, as JSON gives them, for tuples."""
+        """Check what BibTeX would stumble over, and take lists for tuples, as JSON has none."""
         if not self.key or not all(c.isascii() and (c.isalnum() or c in "-_:") for c in self.key):
             raise InputError(f"the key of a reference is letters, digits, '-', '_' and ':', got {self.key!r}")
-        choice(f"reference {self.key!r}: kind", self.kind, _KINDS)
+        choice(f"reference {self.key!r}: kind", self.kind, tuple(_HOUSE))
         if not self.title:
             raise InputError(f"reference {self.key!r} has no title")
         object.__setattr__(self, "authors", tuple(self.authors))
 
     def __str__(self) -> str:
         """One line for a list of references."""
-        names = ", ".join(a.replace(", ", " ", 1).replace(". ", ".") for a in self.authors)
+        names = ", ".join(a.replace(", ", " ", 1).replace(". ", ".") for a in self.authors)  # "Surname A.B."
         head = f"{names} ({self.year})".strip() if self.year else names and f"{names}:"
         volume = self.volume + (f"({self.number})" if self.number else "")
-        house = ", ".join(p for p in (" ".join(q for q in (self.published_in, volume) if q), self.pages) if p)
+        published = " ".join(p for p in (self.published_in, volume) if p)
+        house = ", ".join(p for p in (published, self.pages) if p)
         where = f"doi {self.doi}" if self.doi else self.url
         parts = [p for p in (f"{head} {self.title}".strip(), house, where) if p]
         return ". ".join(parts) + (f" [{self.note}]" if self.note else "")
@@ -81,29 +88,30 @@ class Reference:
     @property
     def bibtex(self) -> str:
         """The entry for a .bib file in UTF-8."""
-        house = _HOUSE.get(self.kind, "howpublished" if self.kind == "misc" else "organization")
-        house = "publisher" if self.kind == "book" else house
+        # braces keep a body from being taken apart as a name, and capitals of a title from being made small
         authors = " and ".join(a if ", " in a else "{" + a + "}" for a in self.authors)
         rows = {
-            "author": authors, "title": "{" + self.title + "}", "year": str(self.year or ""), house: self.published_in,
-            "volume": self.volume, "number": self.number, "pages": self.pages.replace("-", "--"),
+            "author": authors, "title": "{" + self.title + "}", "year": str(self.year or ""),
+            _HOUSE[self.kind]: self.published_in, "volume": self.volume, "number": self.number,
+            "pages": self.pages.replace("-", "--"),
         }
-        given = [f"  {name} = {{{_escaped(text)}}}" for name, text in rows.items() if text not in ("", "{}")]
+        given = [f"  {name} = {{{_escaped(text)}}}" for name, text in rows.items() if text]
+        # addresses are read as they stand, without escapes
         given += [f"  {name} = {{{text}}}" for name, text in (("doi", self.doi), ("url", self.url)) if text]
         given += [f"  note = {{{_escaped(self.note)}}}"] if self.note else []
         return f"@{self.kind}{{{self.key},\n" + ",\n".join(given) + "\n}"
 
 
 def given_fields(reference: Reference) -> dict[str, Any]:
-    """What is known of a reference as plain data, for a file: fields without a value are left out."""
+    """Fields of a reference that have a value, as plain data for a file."""
     values = {f.name: getattr(reference, f.name) for f in fields(reference)}
     return {k: list(v) if isinstance(v, tuple) else v for k, v in values.items() if v not in ("", None, ())}
 
 
 def _escaped(text: str) -> str:
-    """Text with what TeX takes for its own escaped."""
-    for c in "&%#_$":
-        text = text.replace(c, "\\" + c)
+    """Text in which the signs that TeX takes for its own are escaped."""
+    for sign in "&%#_$":
+        text = text.replace(sign, "\\" + sign)
     return text
 
 
@@ -122,7 +130,7 @@ def _papers() -> dict[str, Reference]:
 
 
 def cited(role: str, *keys: str) -> tuple[Cited, ...]:
-    """Papers of ``papers.json`` by their keys, cited for a role."""
+    """Papers of ``papers.json`` by their keys, cited for one of ``ROLES``."""
     return tuple(Cited(role, _papers()[key]) for key in keys)
 
 
@@ -142,7 +150,7 @@ class Citation(tuple[Cited, ...]):
     """
 
     def __new__(cls, cited: Iterable[Cited]) -> Self:
-        """Order by role and drop what is there twice."""
+        """Order what is ``cited`` by role, and drop what is there twice."""
         rows = list(dict.fromkeys(Cited(*c) for c in cited))
         by_key: dict[str, Reference] = {}
         for role, reference in rows:
@@ -194,13 +202,13 @@ _data: list[Callable[[str], tuple[Cited, ...]]] = []
 def data_by(find: Callable[[str], tuple[Cited, ...]]) -> None:
     """Say who knows the papers of a packaged source by its name.
 
-    The package does so once.
+    The packaged experiments do so once, as answers must not know them.
     """
     _data[:] = [find]
 
 
 def data_behind(recipe: Mapping[str, Any]) -> tuple[Cited, ...]:
-    """Papers of the data that an assembly was built from, by the source that its recipe names, or empty without one."""
+    """Papers of the data that an assembly was built from, empty where its recipe names no packaged source."""
     name = recipe.get("source")
     return _data[0](name) if _data and isinstance(name, str) else ()
 
@@ -213,9 +221,7 @@ class Citable:
     def cite(self) -> Citation:
         """The papers behind this answer: theory, method, solver, data, and this program.
 
-        ``cite().bibtex`` gives them as BibTeX.
-
-        What is listed is what was declared by the method that ran, the solvers it named and the packaged experiment it
-        was built from; a structure of one's own adds nothing.
+        ``cite().bibtex`` gives them as BibTeX. Methods, solvers and packaged experiments declared them. A structure of
+        one's own adds nothing.
         """
         return Citation((*self.references, LIMITMASON))

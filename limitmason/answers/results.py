@@ -87,20 +87,18 @@ class Bound(str):
 
     @classmethod
     def from_text(cls, text: str) -> Bound:
-        """Bound of a file that holds its words only (files of 0.1).
+        """Bound of words alone, as files of 0.1 hold it, which begin with the kind.
 
-        They begin with the kind.
+        Words ``text`` that begin otherwise are those of an estimate; there is no bound without any.
         """
-        first = text.replace(":", " ").replace(";", " ").split()
-        known = first and first[0] in tuple(BoundKind)
-        return cls(BoundKind(first[0]) if known else BoundKind.ESTIMATE if text else BoundKind.NONE, text)
+        first = text.replace(":", " ").replace(";", " ").split()[:1]
+        if first and first[0] in tuple(BoundKind):
+            return cls(BoundKind(first[0]), text)
+        return cls(BoundKind.ESTIMATE if text else BoundKind.NONE, text)
 
 
 class Range(NamedTuple):
-    """Low and high end about a multiplier [-], and what they are.
-
-    An end is NaN where there is none.
-    """
+    """Low and high end about a multiplier [-], and what they are; an end is NaN where there is none."""
 
     low: float = math.nan
     high: float = math.nan
@@ -113,10 +111,15 @@ class Range(NamedTuple):
 
 
 class Reaction(NamedTuple):
-    """Least reaction of a support that gives way [N], or [N m] of one that turns; NaN where there is none.
+    """Least reaction of a support that gives way.
 
-    ``by_mechanism`` and ``by_forces`` are what these prove of it, ``stands_without`` whether the structure needs none.
-    A least reaction below zero may still be a force that it cannot do without, the other way.
+    Parameters
+    ----------
+    least : of the support [N], or [N m] of one that turns; NaN where there is none. Below zero it may still be a force
+        that the structure cannot do without, the other way
+    by_mechanism : lower bound that a mechanism proves, in the same unit
+    by_forces : upper bound that admissible forces prove, in the same unit
+    stands_without : whether the structure stands without the support
     """
 
     least: float = math.nan
@@ -126,7 +129,7 @@ class Reaction(NamedTuple):
 
 
 def member_of(kind: type[StrEnum], text: str, field_: str) -> StrEnum:
-    """Member of a closed set by its words, or an error that lists them all."""
+    """Member of the closed set ``kind`` by its words, or an error that names the field and lists them all."""
     try:
         return kind(text)
     except ValueError:
@@ -138,13 +141,15 @@ NO_TILT = "no tilt angle because"
 
 
 def flags(moved: Mapping[str, Array], joints: Sequence[str], least: float) -> dict[str, float]:
-    """1 for the largest movement of every joint where it exceeds the least, else 0, by name of movement and joint.
+    """What every joint does: 1 for its largest movement, 0 for others, by "movement joint".
+
+    All are 0 for a joint that does not move by more than the least.
 
     Parameters
     ----------
-    moved : movement of every joint by name of the movement [m], shape (k,) each
+    moved : size of the movement of every joint, by name of the movement, shape (k,) each: displacements [m] or rates
     joints : names of the joints
-    least : movement that counts [m]
+    least : movement that counts, in the same unit
     """
     largest = np.max(list(moved.values()), axis=0)
     return {
@@ -183,18 +188,22 @@ class Mechanism(ReadOnly):
         joints : their names
         least : a joint that moves less than this part of the largest rate of all is intact [-]
         """
-        rates = [np.abs(self.opening), np.linalg.norm(self.sliding, axis=1)]
-        opened, slid = (np.zeros(len(joints)) for _ in rates)
-        for out, rate in zip((opened, slid), rates, strict=True):
-            kept = interface < len(joints)
-            np.maximum.at(out, interface[kept], rate[kept])
+        of_joint = interface < len(joints)  # points of ties come after those of all joints
+        opened, slid = np.zeros(len(joints)), np.zeros(len(joints))
+        np.maximum.at(opened, interface[of_joint], np.abs(self.opening)[of_joint])
+        np.maximum.at(slid, interface[of_joint], np.linalg.norm(self.sliding, axis=1)[of_joint])
         return flags({"opened": opened, "slid": slid}, joints, least * max(float(opened.max()), float(slid.max())))
 
     def __repr__(self) -> str:
         return f"<Mechanism of {len(self.twists)} blocks, {len(self.moving_blocks())} of them moving>"
 
     def moving_blocks(self, threshold: float = 1e-6) -> Index:
-        """Numbers of the blocks whose largest rate exceeds a part of the largest of all."""
+        """Numbers of the blocks that move, shape (k,).
+
+        Parameters
+        ----------
+        threshold : a block moves whose largest rate is more than this part of the largest of all [-]
+        """
         rate = np.abs(self.twists).max(axis=1)
         return np.flatnonzero(rate > threshold * max(float(rate.max(initial=0.0)), 1e-300))
 
@@ -241,7 +250,9 @@ class Prediction(Displayed, Citable, ReadOnly):
     bound : what it is relative to, in words; ``bound.kind`` is the :class:`BoundKind`. Words alone are taken for a
         :class:`Bound` by the kind that they begin with
     status : a :class:`Status`; its words are taken for it
-    mechanism, resultants, certificate : None where the method has none
+    mechanism : velocities at collapse; None where the method has none
+    resultants : joint forces; None where the method has none
+    certificate : how well the answer satisfies its theory; None where the method has none
     warnings : what a user should know before trusting the number
     provenance : versions, settings and times that reproduce it: written for a reader, read by no program
     details : further results of the method
@@ -253,8 +264,8 @@ class Prediction(Displayed, Citable, ReadOnly):
     error_budget : what changed with every setting that was checked, by its name; empty without checks
     range : low and high end about the multiplier and what they are
     reaction : of a support that settles, whose answer this is in place of a multiplier
-    structure, loads : assembly and loads that were solved, for ``plot()``; not kept by files, nor by copies to other
-        processes
+    structure : assembly that was solved, for ``plot()``; not kept by files, nor by copies to other processes
+    loads : that it was solved under, kept as the structure is
     lost_in_failure : what the joints lose where they fail, by what and over which energy, one sentence per joint law;
         empty where they have nothing to lose
     references : papers of the theory, the method, the solvers and the packaged data, for ``cite()``
@@ -284,11 +295,15 @@ class Prediction(Displayed, Citable, ReadOnly):
     loads: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        """Take words alone, as other packages and files of 0.1 give them, for the member of the set that they name."""
+        """Take words for the member of the closed set that they name.
+
+        Other packages and files of 0.1 give words alone.
+        """
         if not isinstance(self.bound, Bound):
             object.__setattr__(self, "bound", Bound.from_text(self.bound))
         for name, kind in (("status", Status), ("flow_rule", FlowRule), ("contact_model", ContactModel)):
             given = getattr(self, name)
+            # a method may have no flow rule and no contact model, but ends somehow
             if not isinstance(given, kind) and (given is not None or name == "status"):
                 object.__setattr__(self, name, member_of(kind, given, name))
 
@@ -306,13 +321,17 @@ class Prediction(Displayed, Citable, ReadOnly):
         "peak" is the multiplier. The pattern, "opened J" and "slid J" of every joint J, is that of the mechanism, where
         structure and contact points are known. A method that tells what is left of the load gives that as "residual".
         """
-        curve, out = self.details.get("curve"), {"peak": float(self.collapse_multiplier)}
+        out = {"peak": float(self.collapse_multiplier)}
+        curve = self.details.get("curve")
         if isinstance(curve, Curve):
             limit = self.details.get("limit point displacement")
+            # the answer is the load of the limit point, which a curve may climb above later on
             out = curve.quantities | ({} if limit is None else out | {"drift at peak": float(limit)})
-        made, joints = self.mechanism, None if self.resultants is None else self.resultants.point_interface
-        if made is not None and joints is not None and self.structure is not None and len(joints) == len(made.opening):
-            out |= made.pattern(joints, self.structure.joint_names)
+        if self.mechanism is None or self.resultants is None or self.structure is None:
+            return out
+        joints = self.resultants.point_interface
+        if len(joints) == len(self.mechanism.opening):  # forces and rates of the same contact points
+            out |= self.mechanism.pattern(joints, self.structure.joint_names)
         return out
 
     @property
