@@ -182,12 +182,9 @@ def proven_range(
         low, high = (value if name in which else float("nan") for name in ENDS)
         return bounded(smallest=low, largest=high, ends=ends, associative=value, seconds=time.perf_counter() - began)
 
-    # normal forces N to begin the search with: of the associative state, or all equal where it has none
-    normal = np.full(len(law.tan_phi), law.total / len(law.tan_phi))
-    if upper.resultants is not None:
-        normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
-    with handed_on():
-        found = search_smallest(law, from_corner(law, normal), effort=EFFORTS[search], seed=seed).best
+    with handed_on():  # Ctrl-C ends the whole, not the search alone
+        start = _starting_forces(problem, law, upper)
+        found = search_smallest(law, start, effort=EFFORTS[search], seed=seed).best
     programs = PlanePrograms(law)
     lowest: Extreme | None = None
     if found is None or "smallest" in which:
@@ -218,6 +215,17 @@ def proven_range(
     low, high = (ends[name].value if name in ends else float("nan") for name in ENDS)
     seconds = time.perf_counter() - began
     return bounded(smallest=low, largest=high, ends=ends, associative=top * scale, seconds=seconds)
+
+
+def _starting_forces(problem: Problem, law: JointLaw, upper: Prediction) -> Array:
+    """Normal forces N' to begin a search with, scaled, shape (m,): of the associative answer ``upper``.
+
+    They are all equal where it has no forces.
+    """
+    normal = np.full(len(law.tan_phi), law.total / len(law.tan_phi))
+    if upper.resultants is not None:
+        normal = (upper.resultants.point_force * problem.points.directions[:, 0]).sum(axis=1) / problem.force_scale
+    return from_corner(law, normal)
 
 
 def _associative_end(problem: Problem, law: JointLaw, which: tuple[str, ...]) -> Prediction:
