@@ -254,10 +254,12 @@ def _released(s: Structure, before: PathState, after: PathState, began: Array, a
     fall = strength(s, before).tension - strength(s, after).tension  # [Pa]
     # opening beyond the strength while the tension falls, at the beginning and at the end of the step [m]
     end, begin = beyond_strength(s, after, apart), beyond_strength(s, before, began)
-    # where damage goes with the opening it tells from which opening and up to which the tension fell
-    rate = np.where((p.by_opening > 0.0) & (p.by_opening < SUDDEN), p.by_opening, np.inf)
-    end = np.where(np.isinf(rate), end, np.minimum(end, after.damage / rate))
-    begin = np.where(np.isinf(rate), begin, np.minimum(np.maximum(begin, before.damage / rate), end))
+    # damage that grows with the opening tells at which opening the fall began and ended, damage / rate: it may
+    # begin within the step, at the largest opening before, and end within it, where nothing is left to lose
+    gradual = (p.by_opening > 0.0) & (p.by_opening < SUDDEN)
+    rate = np.where(gradual, p.by_opening, np.inf)  # damage per opening [1/m]
+    end = np.where(gradual, np.minimum(end, after.damage / rate), end)
+    begin = np.where(gradual, np.minimum(np.maximum(begin, before.damage / rate), end), begin)
     return float((0.5 * (begin + end) * fall * p.area).sum())
 
 
