@@ -209,7 +209,7 @@ class _Measures(NamedTuple):
 
     primal: float  # unbalance and violation of bounds over the total load [-]
     dual: float  # largest violation of the motion's equations, for live power one
-    complementarity: float
+    complementarity: float  # x . s + slack . z, the gap of a feasible pair
     kinematic: float  # multiplier of the motion [-]
 
     def within(self, multiplier: float, tolerance: float) -> bool:

@@ -46,8 +46,8 @@ class Proof(NamedTuple):
     bound: float  # of the scaled multiplier [-]
     status: str  # HiGHS's word for the end
     nodes: int  # of the branch and bound
-    velocity_share: float  # largest velocity of the best state over its bound
-    forces_assumed: bool
+    velocity_share: float  # largest velocity of the best state over its bound [-]
+    forces_assumed: bool  # the stated bound on forces was needed
     infeasible: bool  # proven: no admissible state within the bounds
 
 

@@ -25,9 +25,9 @@ from limitmason.storage.interrupts import ends_early
 class Effort(NamedTuple):
     """How much a search tries, counted, so that it repeats: slopes and mixings of the scheme, random starts, pushes."""
 
-    slopes: tuple[float, ...]  # of the scheme's flat cones [-], see ``sequential``
-    mixings: tuple[float, ...]  # share of the new normal forces in the next step of the scheme [-]
-    random_starts: int
+    slopes: tuple[float, ...]  # a of ``SchemeSettings`` [-]
+    mixings: tuple[float, ...]  # b of the same [-]
+    random_starts: int  # runs of the scheme from random normal forces
     pushes: tuple[float, ...]  # weights of the multiplier against the law [-]
     lower_each: bool  # in 3-D: push every candidate down, not only the best
     descents: int = 0  # in plane: disturbed descents of every candidate
@@ -48,7 +48,7 @@ EFFORTS = {
         pushes=(0.01, 0.03, 0.1, 0.3, 1.0), lower_each=True, descents=8, mirrored=True,
     ),
 }
-"""Efforts by name: the counts are chosen."""
+"""Efforts by name: their settings and counts are chosen."""
 
 AT_REST = Effort(slopes=(0.005,), mixings=(USUAL_MIXING,), random_starts=2, pushes=(), lower_each=False)
 """What is tried in space where the associative state is admissible for every psi: one sequence, two random starts and
@@ -59,6 +59,7 @@ LARGE_IN_SPACE = 700
 second, and the whole search would take minutes."""
 
 LARGE = Effort(slopes=(0.005, 0.05), mixings=(USUAL_MIXING,), random_starts=2, pushes=(), lower_each=False)
+"""What the standard search tries on large problems in space."""
 
 LOWER = 1e-9
 """Scaled multiplier by which a state must lie below the lowest so far to take its place [-]: less is rounding."""
@@ -82,7 +83,7 @@ class Trial(NamedTuple):
     steps: int  # of the scheme, 0 where it was not run
     certified: float  # multiplier of the exact state [-]
     violation: float  # worst of the candidate [-]
-    seconds: float
+    seconds: float  # [s]
     best: float = float("nan")  # lowest certified so far [-]
 
     def times(self, scale: float) -> "Trial":
@@ -101,10 +102,10 @@ class Trial(NamedTuple):
 class SearchOutcome(NamedTuple):
     """Outcome: the lowest exact state, the least violating one when none is exact, every trial in order."""
 
-    best: ForceState | None
-    nearest: ForceState | None
+    best: ForceState | None  # the lowest exact state
+    nearest: ForceState | None  # the one that violates the law least
     trials: tuple[Trial, ...]
-    first_run: SchemeRun | None
+    first_run: SchemeRun | None  # the first sequence of the scheme
     stopped: bool = False  # the time limit ended it
     closed: bool = False  # the lowest state meets a bound that no state passes
     at_rest: bool = False  # the associative state is admissible for every psi, and only ``AT_REST`` was tried

@@ -44,8 +44,8 @@ class Extreme(NamedTuple):
     velocity_bound: float = float("nan")  # in mean live velocities
     velocity_share: float = float("nan")  # largest velocity of the state over its bound; near one it may hide others
     force_bounded: bool = False  # a stated bound on the joint forces was needed too
-    nodes: int = 0
-    seconds: float = 0.0
+    nodes: int = 0  # of the mixed-integer programs
+    seconds: float = 0.0  # [s]
 
     @property
     def value(self) -> float:

@@ -44,8 +44,8 @@ class Problem(NamedTuple):
     assembly: Assembly
     loads: Loads
     points: ContactPoints
-    plane: Plane | None
-    contact_model: str
+    plane: Plane | None  # None for a problem in space
+    contact_model: str  # "vertices" or "grid"
     matrix: sparse.csc_array  # free rows, (r, c m)
     dead: Array  # (r,)
     live: Array  # (r,)

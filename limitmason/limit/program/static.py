@@ -26,7 +26,7 @@ class Solution(NamedTuple):
     force: Array  # of every point, normal (compression > 0) and tangents, scaled [-], (c m,)
     velocity: Array  # duals of the equilibrium rows, (r,)
     iterations: int
-    seconds: float
+    seconds: float  # in the solver [s]
     stands: bool | None = None  # True when the solver proved on its way that the dead load alone can be carried
     solver: str = "clarabel"
     fallback: str = ""  # which other solver was tried, and what it said
@@ -142,7 +142,7 @@ class Carried(NamedTuple):
     stands: bool | None  # None when the solver cannot tell
     force: Array | None  # scaled [-], (c m,); None unless it stands
     velocity: Array | None  # duals of the equilibrium rows, (r,); None unless it falls
-    seconds: float
+    seconds: float  # in solvers [s]
 
 
 def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float = 1e-9) -> Carried:
