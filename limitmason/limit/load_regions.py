@@ -322,24 +322,12 @@ def _closed(
     corners = [found.multipliers for found in first]
     forces = [found.forces for found in first if found.forces is not None]
     asked: list[Array] = []
-    gap = math.inf
     while True:
         inner = np.array(corners)
         # distances are measured over the extents of the inner set, so that no case drowns another
         extent = np.maximum(np.ptp(inner, axis=0), FLAT * support.unit)
-        size = float(np.linalg.norm(np.ptp(inner / extent, axis=0)))
-        # where the outer set stands out of the inner one: its corners, and the nearest points of the inner set
-        normal, offset = np.array([p.normal for p in planes]) * extent, np.array([p.offset for p in planes])
-        far = corners_of_half_spaces(normal, offset, inner / extent)
-        foot = np.array([nearest_in_hull(inner / extent, w) for w in far])
-        away = np.linalg.norm(far - foot, axis=1) if len(far) else np.zeros(0)
-        gap = float(away.max(initial=0.0)) / size
-        # outwards from there, as directions of the multipliers themselves
-        fresh = [
-            (w - f) / extent / np.linalg.norm((w - f) / extent)
-            for w, f, a in zip(far, foot, away, strict=True) if a > tolerance * size
-        ]
-        fresh = [d for d in fresh if not any(np.linalg.norm(d - old) < SAME_DIRECTION for old in asked)]
+        outwards, gap = _outwards(inner, planes, extent, tolerance)
+        fresh = [d for d in outwards if not any(np.linalg.norm(d - old) < SAME_DIRECTION for old in asked)]
         if gap <= tolerance or not fresh or support.solved + len(fresh) > most:
             break
         for d in fresh:
@@ -355,3 +343,27 @@ def _closed(
         names=names, status="closed" if gap <= tolerance else "not closed", corners=np.array(corners)[keep],
         forces=tuple(forces[i] for i in keep), outside=tuple(planes), gap=gap, within=limits,
     )
+
+
+def _outwards(inner: Array, planes: list[HalfPlane], extent: Array, tolerance: float) -> tuple[list[Array], float]:
+    """Where the outer set stands out of the inner one: directions of multipliers outwards, and the gap [-].
+
+    The gap is the largest distance of a corner of the outer set from the inner one, over the diameter of that.
+
+    Parameters
+    ----------
+    inner : corners of the inner set [-], shape (m, k)
+    planes : of the outer set
+    extent : multipliers that distances are measured by [-], shape (k,)
+    tolerance : part of the diameter up to which a corner does not stand out [-]
+    """
+    size = float(np.linalg.norm(np.ptp(inner / extent, axis=0)))
+    normal, offset = np.array([p.normal for p in planes]) * extent, np.array([p.offset for p in planes])
+    far = corners_of_half_spaces(normal, offset, inner / extent)
+    foot = np.array([nearest_in_hull(inner / extent, w) for w in far])  # of every outer corner on the inner set
+    away = np.linalg.norm(far - foot, axis=1) if len(far) else np.zeros(0)
+    out = [
+        (w - f) / extent / np.linalg.norm((w - f) / extent)
+        for w, f, a in zip(far, foot, away, strict=True) if a > tolerance * size
+    ]
+    return out, float(away.max(initial=0.0)) / size

@@ -106,24 +106,8 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
         linear.add(columns[:, None], values[:, None], constants)
         sizes += [3] * m
     if problem.stress_block.count:
-        first, second = problem.stress_block.ends.T
-        capacity, shift = problem.stress_block.capacity, problem.stress_block.tension
-        # a share of the total load, which is what joint forces add up to; without any, no force is typical
-        typical = TYPICAL_SHARE * np.abs(problem.dead).sum() or np.inf
-        for end in (first, second):
-            # N'^2 <= 2 Q N_i'  as  |(sqrt(2) N', Q/k - k N_i')| <= Q/k + k N_i', rows of one cone next to each other;
-            # k balances capacity against force, else their difference drowns in rounding when Q is far above N
-            three = np.column_stack([column[end], column[first], column[second]])
-            root = np.sqrt(2.0)
-            rows_c = np.repeat(three, 3, axis=0)
-            k = np.sqrt(capacity / np.minimum(capacity, typical))
-            one = np.zeros((len(end), 3, 3))
-            one[:, 0, 0], one[:, 2, 0] = k, -k
-            one[:, 1, 1:] = root
-            half = 0.5 * k * shift
-            constant = np.column_stack([capacity / k + half, root * shift, capacity / k - half]).ravel()
-            linear.add(rows_c, one.reshape(-1, 3), constant)
-            sizes += [3] * len(end)
+        _add_stress_blocks(problem, linear)
+        sizes += [3] * (2 * problem.stress_block.count)
     if torsion is not None and len(torsion.interface):
         _add_torsion(problem, torsion, linear)
         sizes += [4] * len(torsion.interface)
@@ -134,6 +118,29 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
         )
     )
     return Cones(matrix, np.concatenate(linear.constant), n_linear, tuple(sizes))
+
+
+def _add_stress_blocks(problem: Problem, rows: _Rows) -> None:
+    """Add two cones of every crushing section, one per end: N_i' >= (N_1' + N_2')^2 / (2 Q) with N_i' = N_i + t / 2.
+
+    ``rows`` are added to, three per cone and next to each other.
+    """
+    first, second = problem.stress_block.ends.T
+    capacity, shift = problem.stress_block.capacity, problem.stress_block.tension
+    # a share of the total load, which is what joint forces add up to; without any, no force is typical
+    typical = TYPICAL_SHARE * np.abs(problem.dead).sum() or np.inf
+    for end in (first, second):
+        # N'^2 <= 2 Q N_i'  as  |(sqrt(2) N', Q/k - k N_i')| <= Q/k + k N_i', rows of one cone next to each other;
+        # k balances capacity against force, else their difference drowns in rounding when Q is far above N
+        unknowns = problem.components * np.column_stack([end, first, second])
+        root = np.sqrt(2.0)
+        k = np.sqrt(capacity / np.minimum(capacity, typical))
+        values = np.zeros((len(end), 3, 3))  # of every section: three rows, on N_i, N_1 and N_2
+        values[:, 0, 0], values[:, 2, 0] = k, -k
+        values[:, 1, 1:] = root
+        half = 0.5 * k * shift
+        constant = np.column_stack([capacity / k + half, root * shift, capacity / k - half]).ravel()
+        rows.add(np.repeat(unknowns, 3, axis=0), values.reshape(-1, 3), constant)
 
 
 def _add_torsion(problem: Problem, torsion: TorsionLimit, rows: _Rows) -> None:

@@ -190,30 +190,14 @@ def make_problem(
     NotApplicable
         Where ``vertices`` meets a finite compressive strength in 3-D, and for terms of the law that are not taken.
     """
-    n = assembly.n_blocks
-    if len(loads.dead) != n:
-        raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {n}")
-    assembly.check_connected()
-    if assembly.fixed.all():
-        raise InputError("every block is fixed: there is nothing to solve")
-    if live_required and not loads.live[~assembly.held].any():
-        raise InputError(
-            "the live load is zero on every free degree of freedom; use Loads.horizontal or one of the with_ methods "
-            "with case='live'"
-        )
-    if not assembly.interfaces:
-        raise InputError("the assembly has no interfaces: no two blocks touch")
-    plane = find_plane(assembly, loads, cases.reshape(-1, 6)) if in_plane is not False else None
-    if in_plane and plane is None:
-        raise InputError(
-            "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
-        )
-    x = assembly.links
+    plane = _checked_plane(assembly, loads, cases, in_plane, live_required=live_required)
+    n, x = assembly.n_blocks, assembly.links
+    # joints between two fixed blocks pass nothing on, whatever their law
     seen = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))
     refuse(ASSOCIATIVE, assembly, seen, where=CORNERS if contact_model == "vertices" and plane is None else "")
     points = contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, ties=True)
     if plane is not None or contact_model != "vertices":
-        cells = {}
+        cells = {}  # cohesion acts at the points
     elif cells is None:
         cells = whole_faces(assembly)
     points = with_cells(assembly, points, cells)
@@ -227,10 +211,11 @@ def make_problem(
 
     # unit of force: the total load over the root of the number of free blocks;
     # a total live load without any (only the dead load is asked about) is taken as one
-    scale = total_load(assembly, loads) / np.sqrt((~assembly.fixed).sum())
+    size = np.sqrt((~assembly.fixed).sum())
+    scale = total_load(assembly, loads) / size
     live = (loads.live @ basis).ravel()[row] / row_radius
     dead = (loads.dead @ basis).ravel()[row] / row_radius
-    live_scale = scale * np.sqrt((~assembly.fixed).sum()) / (np.abs(live).sum() or 1.0)
+    live_scale = scale * size / (np.abs(live).sum() or 1.0)
     free_rows = (cases @ basis).reshape(len(cases), n * d)[:, row] / row_radius * (live_scale / scale)
     # rows of held degrees of freedom are left out; a diagonal product per row keeps the sparsity pattern
     matrix = equilibrium_matrix(assembly, points, plane=plane).tocsr()[row]
@@ -251,9 +236,36 @@ def make_problem(
         assembly=assembly, loads=loads, points=points, plane=plane, contact_model=contact_model, matrix=matrix,
         dead=dead / scale, live=live * live_scale / scale, row=row, row_radius=row_radius, force_scale=float(scale),
         live_scale=float(live_scale), law=law, stress_block=block, point_scale=np.ones(points.count),
-        row_unit=np.ones(len(row)), size=float(np.sqrt((~assembly.fixed).sum())), cells=cells, cases=cases,
+        row_unit=np.ones(len(row)), size=float(size), cells=cells, cases=cases,
         free=free_rows,
     )
+
+
+def _checked_plane(
+    assembly: Assembly, loads: Loads, cases: Array, in_plane: bool | None, *, live_required: bool
+) -> Plane | None:
+    """The plane that a problem reduces to, None for one in space; what makes no problem is refused.
+
+    Arguments are those of :func:`make_problem`.
+    """
+    if len(loads.dead) != assembly.n_blocks:
+        raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
+    assembly.check_connected()
+    if assembly.fixed.all():
+        raise InputError("every block is fixed: there is nothing to solve")
+    if live_required and not loads.live[~assembly.held].any():
+        raise InputError(
+            "the live load is zero on every free degree of freedom; use Loads.horizontal or one of the with_ methods "
+            "with case='live'"
+        )
+    if not assembly.interfaces:
+        raise InputError("the assembly has no interfaces: no two blocks touch")
+    plane = find_plane(assembly, loads, cases.reshape(-1, 6)) if in_plane is not False else None
+    if in_plane and plane is None:
+        raise InputError(
+            "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
+        )
+    return plane
 
 
 def _refuse_endless_ties(assembly: Assembly, load: float) -> None:
