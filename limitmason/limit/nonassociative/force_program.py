@@ -54,8 +54,9 @@ class ForceProgram:
         self.law, self.deadline, n = law, deadline, c * m
         none = np.zeros(m, dtype=bool)
         opening, sliding, closing = (none if x is None else x for x in (opening, sliding, closing))
-        normal = c * np.arange(m)
-        one = sparse.eye_array(n + 1, format="csr")
+        normal = c * np.arange(m)  # columns of N'; those of T follow each, the last of all is lambda
+        one = sparse.eye_array(n + 1, format="csr")  # a row per unknown
+        # equations: equilibrium, then points that are held
         equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), one[normal[opening]],
                  one[normal[closing]]]
         right = [-law.dead, np.zeros(int(opening.sum())), law.crushing[closing]]
@@ -73,6 +74,7 @@ class ForceProgram:
         low = np.append(normal, n) if slope is None else normal
         matrix = sparse.csc_matrix(sparse.vstack([*equal, -one[low], one[normal[crushed]], -cone]))
         self._equations = law.matrix.shape[0]
+        # bound - matrix x is zero, not negative, or in a cone; the constants of the cones change from solve to solve
         zeros, linear = sum(len(b) for b in right), len(low) + len(crushed)
         self._cones = zeros + linear
         bound = np.zeros(matrix.shape[0])

@@ -12,6 +12,7 @@ import highspy
 import numpy as np
 from scipy import sparse
 
+from limitmason.arrays import Array
 from limitmason.limit.nonassociative.mixed_integer import INF, make_model, sliding_groups
 from limitmason.limit.nonassociative.polish import PlanePrograms
 
@@ -38,26 +39,15 @@ def lifted_rows(programs: PlanePrograms) -> int:
     return n * (n + g) + (3 * m + 2) * (m + 2 * g + 1)
 
 
-def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit: float = 60.0) -> LiftedBound:
-    """Smallest lambda of the lifted linear program.
+def _program(programs: PlanePrograms, low: float, high: float) -> tuple[Array, sparse.csc_array, Array, Array]:
+    """Linear program over Y, flattened by rows: cost, matrix, and lower and upper ends of its rows.
+
+    The unity row, 1 times live . v, is the only one whose ends are not zero or infinite: both are one.
 
     Parameters
     ----------
-    programs : of a plane problem without crushing
-    low, high : scaled multipliers that bound lambda: zero and the associative value
-    time_limit : [s]
-
-    Returns
-    -------
-    LiftedBound of the scaled multiplier, for any forces and velocities.
-
-    Notes
-    -----
-    Source: Sherali and Adams (1990). Exact on most small walls, never above the smallest admissible multiplier. The
-    value is that of the dual vector, made feasible in sign and charged with its residual times the size of the primal
-    solution: a numerical proof, not one in exact arithmetic.
+    low, high : scaled multipliers that bound lambda [-]
     """
-    began = time.perf_counter()
     law, m, n = programs.law, programs.m, programs.n
     group, first = sliding_groups(programs)
     g = len(first)
@@ -101,7 +91,31 @@ def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit
     row_high = np.concatenate([np.zeros(fixed), [1.0], high_row])
     cost = np.zeros(nx * ny)
     cost[(nx - 2) * ny : (nx - 1) * ny] = live.toarray()[0]
-    free = np.full(nx * ny, INF)
+    return cost, matrix, row_low, row_high
+
+
+def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit: float = 60.0) -> LiftedBound:
+    """Smallest lambda of the lifted linear program.
+
+    Parameters
+    ----------
+    programs : of a plane problem without crushing
+    low, high : scaled multipliers that bound lambda: zero and the associative value
+    time_limit : [s]
+
+    Returns
+    -------
+    LiftedBound of the scaled multiplier, for any forces and velocities.
+
+    Notes
+    -----
+    Source: Sherali and Adams (1990). Exact on most small walls, never above the smallest admissible multiplier. The
+    value is that of the dual vector, made feasible in sign and charged with its residual times the size of the primal
+    solution: a numerical proof, not one in exact arithmetic.
+    """
+    began = time.perf_counter()
+    cost, matrix, row_low, row_high = _program(programs, low, high)
+    free = np.full(len(cost), INF)
     model = make_model(cost, matrix, row_low, row_high, -free, free)
     # any dual vector gives a bound: an interior point serves, without the way from there to a vertex
     model.setOptionValue("solver", "ipm")
@@ -113,8 +127,8 @@ def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit
         return LiftedBound(-np.inf, np.inf, status)
     solution = model.getSolution()
     primal, dual = np.array(solution.col_value), np.array(solution.row_dual)
-    # only equalities may carry duals of either sign; the single right-hand side that is not zero is the unity row's
+    # only equalities may carry duals of either sign; the dual value is the sum of lower ends times duals
     dual = np.where(row_low == row_high, dual, np.maximum(dual, 0.0))
     residual = np.abs(cost - matrix.T @ dual)
-    value = float(dual[fixed]) - float(residual @ np.abs(primal))
+    value = float(row_low @ dual) - float(residual @ np.abs(primal))
     return LiftedBound(value, float(residual.max(initial=0.0)), status)

@@ -151,8 +151,7 @@ class BoundedProgram:
         velocity : bound of every scaled velocity, shape (r,)
         force : normal force assumed where equilibrium gives no bound, in mean block loads
         """
-        p, m, n, g = self.programs, self.programs.m, self.programs.n, len(self.first)
-        law = p.law
+        p, m = self.programs, self.programs.m
         cone, bound = p.cone, p.cone_bound
         # unknowns N', T and lambda
         low = np.concatenate([np.zeros(m), np.full(m, -INF), [self.low]])
@@ -168,30 +167,41 @@ class BoundedProgram:
         assumed = not (np.isfinite(normal).all() and np.isfinite(slack).all())
         normal = np.minimum(normal, force)
         # |T| <= R, so that neither R - T nor R + T is more than 2 R
-        slack = np.minimum(slack, 2.0 * law.points.in_units_of(p.unit).shear_strength(normal))
+        slack = np.minimum(slack, 2.0 * p.law.points.in_units_of(p.unit).shear_strength(normal))
+        slip, opening = self._largest_rates(velocity, normal_low)
+        return Limits(velocity, normal_low, normal, slack, slip, opening, assumed)
 
+    def _largest_rates(self, velocity: Array, normal_low: Array) -> tuple[Array, Array]:
+        """Largest z+ and z- of every group, shape (2, g), and p of every point, shape (m,), by a linear program each.
+
+        Parameters
+        ----------
+        velocity : bound of every scaled velocity, shape (r,)
+        normal_low : least N' of every point, in mean block loads, shape (m,)
+        """
+        p, m, n, g = self.programs, self.programs.m, self.programs.n, len(self.first)
+        law = p.law
         # velocities (v, z+, z-), one sliding rate per group
         eye = sparse.eye_array(g)
-        self.sliding = sparse.csr_array(sparse.hstack([p.tangent.T.tocsr()[self.first], eye, -eye]))
+        sliding = sparse.csr_array(sparse.hstack([p.tangent.T.tocsr()[self.first], eye, -eye]))
         psi = sparse.diags_array(law.tan_psi) @ self.spread
-        self.opening = sparse.csr_array(sparse.hstack([p.normal.T, -psi, -psi]))
+        opens = sparse.csr_array(sparse.hstack([p.normal.T, -psi, -psi]))
         live = np.concatenate([law.live / law.live_size, np.zeros(2 * g)])
         # lambda live . v = -dead . v + sum (c' + (tan phi - tan psi) N') |e_t|, with N' not below its smallest value
         least = self._power(law.cohesion / p.unit + (law.tan_phi - law.tan_psi) * normal_low)
-        reach = np.abs(p.tangent).T @ velocity
+        reach = np.abs(p.tangent).T @ velocity  # no point slides faster, whatever the motion
         top = np.concatenate([reach[self.first], reach[self.first]])
         model = make_model(
-            np.zeros(n + 2 * g), sparse.vstack([self.sliding, self.opening, live[None, :], least[None, :]]),
+            np.zeros(n + 2 * g), sparse.vstack([sliding, opens, live[None, :], least[None, :]]),
             np.concatenate([np.zeros(g + m), [1.0, -INF]]),
             np.concatenate([np.zeros(g), np.full(m, INF), [1.0, self.high]]),
             np.concatenate([-velocity, np.zeros(2 * g)]), np.concatenate([velocity, top]),
         )
         rate = np.hstack([p.tangent.T.toarray()[self.first], np.zeros((g, 2 * g))])
         slip = np.array([_maxima(model, -rate), _maxima(model, rate)])
-        opening = _maxima(model, self.opening.toarray())
+        opening = _maxima(model, opens.toarray())
         slip = np.minimum(np.maximum(slip, 0.0), top.reshape(2, g))
-        opening = np.clip(opening, 0.0, np.abs(p.normal).T @ velocity)
-        return Limits(velocity, normal_low, normal, slack, slip, opening, assumed)
+        return slip, np.clip(opening, 0.0, np.abs(p.normal).T @ velocity)
 
     def _power(self, resistance: Array) -> Array:
         """Row of -dead . v + sum resistance |e_t| over (v, z+, z-), in units of the multiplier, shape (n + 2 g,).
