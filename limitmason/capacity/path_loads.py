@@ -15,7 +15,8 @@ class PathLoads(NamedTuple):
     Parameters
     ----------
     dead, live : in the reference pose, zero where a degree of freedom is held [N, N m], shape (n, d)
-    dead_arms, live_arms : sum of r f^T, r from the centroid in the reference pose [N m], shape (n, 3, 3)
+    dead_arms, live_arms : sum of r f^T, r from the centroid in the reference pose to where a force f acts [N m], shape
+        (n, 3, 3)
     spins : rotation vector of a unit of every degree of freedom, shape (3, d)
     free : whether it moves, shape (n, d)
     turning : numbers of the blocks whose moments change as they turn, shape (l,)
@@ -41,8 +42,9 @@ class PathLoads(NamedTuple):
         basis : motion (shift, spin, coordinates of shapes) per degree of freedom, shape (6 + k, d)
         free : which are free, shape (n, d)
         """
-        spins, arms = basis[3:6], loads.dead_arms.any(axis=(1, 2)) | loads.live_arms.any(axis=(1, 2))
-        turning = np.flatnonzero(arms & (free & spins.any(axis=0)).any(axis=1))
+        spins = basis[3:6]
+        off_centre = loads.dead_arms.any(axis=(1, 2)) | loads.live_arms.any(axis=(1, 2))  # forces beside the centroid
+        turning = np.flatnonzero(off_centre & (free & spins.any(axis=0)).any(axis=1))
         dead, live = loads.dead @ basis[:6] * free, loads.live @ basis[:6] * free
         return cls(dead, live, loads.dead_arms, loads.live_arms, spins, free, turning)
 
@@ -56,15 +58,16 @@ class PathLoads(NamedTuple):
         turn : R - I of the blocks, shape (n, 3, 3)
         """
         if not len(self.turning):
+            # forces at centroids have no moment, however the blocks turn
             return self.dead, self.live
-        moments = (axial(turn @ arms) @ self.spins * self.free for arms in (self.dead_arms, self.live_arms))
-        first, second = moments
-        return self.dead + first, self.live + second
+        dead, live = (axial(turn @ arms) @ self.spins * self.free for arms in (self.dead_arms, self.live_arms))
+        return self.dead + dead, self.live + live
 
-    def stiffness(self, turn: Array, multiplier: float) -> Array:
-        """Change of the wrenches of the turning blocks with their motions, shape (l, d, d).
+    def load_tangent(self, turn: Array, multiplier: float) -> Array:
+        """Derivative of the wrenches on turning blocks by their motions, dF/du, shape (l, d, d).
 
-        With P = sum of (R r) f^T a spin d makes d(M) = sum of (d x R r) x f = (P - tr(P) 1) d.
+        Rows are wrenches, columns motions. With P = sum of (R r) f^T a spin d makes
+        d(M) = sum of (d x R r) x f = (P - tr(P) 1) d.
 
         Parameters
         ----------

@@ -303,7 +303,7 @@ class System:
         viscous = np.broadcast_to(-np.asarray(viscosity, float), (self.order,)) - self.springs_own
         # every place once
         values[self._rest] += np.concatenate([viscous, self.applied(at.pose)[1], border, [corner]])
-        turned = self.loads.stiffness(at.pose.turn, at.multiplier) * (self.row_scale[:, None] * self.motion_scale)
+        turned = self.loads.load_tangent(at.pose.turn, at.multiplier) * (self.row_scale[:, None] * self.motion_scale)
         moves = self._turning >= 0
         values[self._turning[moves]] += turned.ravel()[moves]
         return _filled(self._pattern, values)

@@ -182,7 +182,7 @@ def test_the_tangent_of_turning_arms_is_the_derivative_of_their_moments():
         return (dead + 0.7 * live)[1]
 
     differences = np.column_stack([(wrench(h * d) - wrench(-h * d)) / (2 * h) for d in spin])
-    assert path.stiffness(turn, 0.7)[0][:, 3:] == pytest.approx(differences, abs=1e-4)
+    assert path.load_tangent(turn, 0.7)[0][:, 3:] == pytest.approx(differences, abs=1e-4)
 
 
 @pytest.mark.parametrize("blocks", ["simply deformable", "ritz"])

@@ -9,14 +9,21 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from limitmason.arrays import Array, Index
 from limitmason.diagnosis.inference.box_descent import Row, Rows, descend
 
-FLAT = 1e-9  # of the largest squared change per cell along an axis: below it rounding would choose the step
-HELD = 50_000  # entries of changes that are held at a time
+FLAT = 1e-9
+"""Part of the largest squared change per cell along an axis below which rounding would choose the step [-]."""
+
+HELD = 50_000
+"""Entries of changes that are held at a time: they then stay in the processor's cache, chosen."""
+
+HALF_CELL = 0.5
+"""Farthest step from a node along an axis [cells]: beyond it another node is nearer."""
 
 
 def column_slices(d: int, k: int) -> dict[str, slice]:
@@ -52,67 +59,83 @@ class Cells:
     """
 
     def __init__(self, values: np.ndarray, z: Sequence[np.ndarray]):
-        """Order the nodes, find their neighbours, and lay out the table of a step.
+        """Order the nodes, find their neighbours, and lay out the table of a step."""
+        self.shape, n = values.shape[:-1], values.shape[-1]
+        self.d, self.k = len(self.shape), len(z)
+        sizes = self.d - self.k  # number of axes of sizes; those of measured inputs come after them
+        order = (*range(sizes, self.d), *range(sizes))  # measured inputs outermost, sizes innermost
+        self.count = int(np.prod(self.shape, dtype=int))
+        # place of every node among the values as they came, shape (g,)
+        self.number = np.arange(self.count).reshape(self.shape).transpose(order).ravel()
+        nodes = values.reshape(-1, n)
+        self.nodes = nodes[self.number] if self.k and sizes else nodes  # no copy where the order stays
+        index = np.array(np.unravel_index(self.number, self.shape)) if self.d else np.zeros((0, 1), dtype=int)
+        has_side = np.array([index > 0, index < np.array(self.shape, dtype=int)[:, None] - 1])
+        self.beside = self._neighbours(order, has_side)
+        norms = self._norms()
+        self.reach = 0.5 * np.maximum(norms[:, : self.d], norms[:, self.d :]).sum(axis=1)  # of a step, shape (g,)
+        node_z = [a[index[sizes + i]] for i, a in enumerate(z)]
+        alike = int(np.prod(self.shape[:sizes], dtype=int))  # nodes that share their measured inputs
+        self.z_levels = np.array([v[::alike] for v in node_z]).T if self.k else np.zeros((1, 0))
+        # one row per node, so that one look-up fetches all that a step needs
+        self.columns = column_slices(self.d, self.k)
+        rows = self._quantities(index, has_side, norms, node_z)
+        self.table = np.concatenate([rows[name] for name in self.columns], axis=1)
+        self.filled = np.zeros(self.count, dtype=bool)  # rows whose inner products are made
+
+    def _neighbours(self, order: Sequence[int], has_side: np.ndarray) -> Index:
+        """Node before and after every node along every axis, shape (g, 2 d): all before, then all after.
+
+        A node at the end of an axis is its own neighbour there: the change is then zero.
 
         Parameters
         ----------
-        values, z : as of the class
+        order : axes, the outermost first
+        has_side : whether there is a node before, and after, shape (2, d, g)
         """
-        self.shape, n = values.shape[:-1], values.shape[-1]
-        self.d, self.k = len(self.shape), len(z)
-        first = self.d - self.k
-        # measured inputs outermost, sizes innermost
-        order = (*range(first, self.d), *range(first))
-        self.count = int(np.prod(self.shape, dtype=int))
-        self.number = np.arange(self.count).reshape(self.shape).transpose(order).ravel()
-        nodes = values.reshape(-1, n)
-        self.nodes = nodes[self.number] if self.k and first else nodes  # no copy where the order stays
-        index = np.array(np.unravel_index(self.number, self.shape)) if self.d else np.zeros((0, 1), dtype=int)
-        lengths = [self.shape[a] for a in order]
-        self.stride = np.zeros(self.d, dtype=int)
+        stride = np.zeros(self.d, dtype=int)  # from a node to the next along each axis
         for i, axis in enumerate(order):
-            self.stride[axis] = int(np.prod(lengths[i + 1 :], dtype=int))
-        self.last = np.array(self.shape, dtype=int) - 1
-        some = np.array([index > 0, index < self.last[:, None]])
+            stride[axis] = int(np.prod([self.shape[a] for a in order[i + 1 :]], dtype=int))
         columns = np.arange(self.count)
-        # a node at the end of an axis is its own neighbour there: the change is then zero
-        ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]
-        self.beside = np.where(some, columns + ways, columns).reshape(2 * self.d, self.count).T.copy()
-        norms = self._norms()
+        ways = np.array([-1, 1])[:, None, None] * stride[None, :, None]
+        return np.where(has_side, columns + ways, columns).reshape(2 * self.d, self.count).T.copy()
+
+    def _quantities(
+        self, index: Index, has_side: np.ndarray, norms: np.ndarray, node_z: list[np.ndarray]
+    ) -> dict[str, np.ndarray]:
+        """Columns of the table by name, see :func:`column_slices`; inner products are zero until they are wanted.
+
+        Parameters
+        ----------
+        index : of every node along every axis, shape (d, g)
+        has_side : whether there is a node before, and after, shape (2, d, g)
+        norms : size of the change to either, shape (g, 2 d)
+        node_z : each measured input at every node [sd], shape (g,)
+        """
+        d, k, g = self.d, self.k, self.count
         squares = np.einsum("gn,gn->g", self.nodes, self.nodes)
-        node_z = [a[index[first + i]] for i, a in enumerate(z)]
-        z_sides = [v - v[self.beside[:, first + i]] for i, v in enumerate(node_z)]
-        z_sides += [v[self.beside[:, self.d + first + i]] - v for i, v in enumerate(node_z)]
-        half = 0.5 * squares + 0.5 * sum((v**2 for v in node_z), np.zeros(self.count))
-        apart = int(np.prod(self.shape[:first], dtype=int))  # nodes that share their measured inputs
-        self.z_levels = np.array([v[::apart] for v in node_z]).T if self.k else np.zeros((1, 0))
-        flat = [FLAT * float((norms[:, [i, self.d + i]] ** 2).max(initial=0.0)) for i in range(self.d)]
-        rows = {
-            "index": index.T,
-            "low": np.where(some[0], -0.5, 0.0).T,
-            "high": np.where(some[1], 0.5, 0.0).T,
-            "cross": np.zeros((self.count, 2 * self.d)),
-            "gram": np.zeros((self.count, 4 * self.d**2)),
-            "squares": squares[:, None],
-            "half": half[:, None],
-            "z": np.array(node_z).reshape(self.k, self.count).T,
-            "z_sides": np.array(z_sides).reshape(2 * self.k, self.count).T,
-            "flat": np.tile(flat, (self.count, 1)),
+        z_before = [v - v[self.beside[:, d - k + i]] for i, v in enumerate(node_z)]
+        z_after = [v[self.beside[:, 2 * d - k + i]] - v for i, v in enumerate(node_z)]
+        half = 0.5 * squares + 0.5 * sum((v**2 for v in node_z), np.zeros(g))
+        flat = [FLAT * float((norms[:, [i, d + i]] ** 2).max(initial=0.0)) for i in range(d)]
+        return {
+            "index": index.T, "low": np.where(has_side[0], -HALF_CELL, 0.0).T,
+            "high": np.where(has_side[1], HALF_CELL, 0.0).T,
+            "cross": np.zeros((g, 2 * d)), "gram": np.zeros((g, 4 * d**2)),
+            "squares": squares[:, None], "half": half[:, None],
+            "z": np.array(node_z).reshape(k, g).T,
+            "z_sides": np.array([*z_before, *z_after]).reshape(2 * k, g).T,
+            "flat": np.tile(flat, (g, 1)),
         }
-        self.reach = 0.5 * np.maximum(norms[:, : self.d], norms[:, self.d :]).sum(axis=1)  # of a step, shape (g,)
-        # one row per node, so that one look-up fetches all that a step needs
-        self.columns = column_slices(self.d, self.k)
-        self.table = np.concatenate([rows[name] for name in self.columns], axis=1)
-        self.filled = np.zeros(self.count, dtype=bool)
 
     def products(self, y: Array, beside: Array, known: bool) -> Array:
-        """What nodes are ranked by, shape (b, g), the largest first: y F - |F|^2 / 2, with + z Z - |Z|^2 / 2 if known.
+        """What nodes are ranked by, the largest best: y F - |F|^2 / 2, with + z Z - |Z|^2 / 2 if known, shape (b, g).
 
         Parameters
         ----------
         y : values, shape (b, n)
         beside : data of the measured inputs where the noise is known, and ones, shape (b, k + 1 or 1)
-        known : whether the noise is
+        known : whether the noise is known; else measured inputs do not count here
         """
         out = y @ self.nodes.T
         out += beside @ (self.ranks if known else self.losses)
@@ -161,30 +184,36 @@ class Cells:
         return self.table[:, self.columns[name]]
 
 
-class NodeData:
-    """What is fetched of the cells that data sets lie in, one array per quantity, data sets along the last axis.
+class NodeData(NamedTuple):
+    """What is known without data of the cells that b data sets lie in, data sets along the last axis."""
+
+    index: Array  # of the node along every axis, (d, b)
+    low: Array  # box of the step [cells], (d, b)
+    high: Array
+    cross: Array  # changes towards the node before, then after, along every axis, times the node value, (2 d, b)
+    gram: Array  # these changes with each other, (2 d, 2 d, b)
+    squares: Array  # sum of squares of the node value, (b,)
+    z: Array  # measured inputs at the node [sd], (k, b)
+    z_sides: Array  # their changes before and after [sd], (2, k, b)
+    flat: Array  # least squared change along an axis that counts, (d, b)
+
+
+def node_data(table: np.ndarray, d: int, k: int) -> NodeData:
+    """Rows of ``Cells.table``, one per data set, as named quantities.
 
     Parameters
     ----------
-    table : rows of ``Cells.table``, one per data set
+    table : shape (b, its width)
     d : number of axes
     k : number of measured inputs among them
     """
-
-    def __init__(self, table: np.ndarray, d: int, k: int):
-        """Split rows of :attr:`Cells.table` into named quantities, one node per column.
-
-        Parameters
-        ----------
-        table, d, k : rows of some nodes, number of axes, and how many of these are measured inputs
-        """
-        rows = np.ascontiguousarray(table.T)
-        at = {name: rows[part] for name, part in column_slices(d, k).items()}
-        self.index, self.low, self.high, self.cross = at["index"], at["low"], at["high"], at["cross"]
-        self.gram = at["gram"].reshape(2 * d, 2 * d, len(table))
-        self.squares, self.half = at["squares"][0], at["half"][0]
-        self.z, self.flat = at["z"], at["flat"]
-        self.z_sides = at["z_sides"].reshape(2, k, len(table))
+    rows = np.ascontiguousarray(table.T)
+    at = {name: rows[part] for name, part in column_slices(d, k).items()}
+    return NodeData(
+        index=at["index"], low=at["low"], high=at["high"], cross=at["cross"],
+        gram=at["gram"].reshape(2 * d, 2 * d, len(table)), squares=at["squares"][0], z=at["z"],
+        z_sides=at["z_sides"].reshape(2, k, len(table)), flat=at["flat"],
+    )
 
 
 @dataclass(frozen=True)
@@ -254,16 +283,17 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, i
     ----------
     grids : cells of several grids with as many axes each
     owner : number of the grid of each data set, increasing, shape (b,)
-    column : of the node, shape (b,)
-    at : data
+    column : number of its node in this grid, shape (b,)
+    at : data, their squares and their weights
     inner : inner products of the data with node and neighbours, one array per grid, where they were made
     """
     cell = _cell(grids, owner, column, at, inner)
     here, gram, pull, loss = cell.here, cell.gram, cell.pull, cell.loss
-    d, first = len(here.index), len(here.index) - len(here.z)
+    d, first = len(here.index), len(here.index) - len(here.z)  # axes, and the first one of a measured input
     low, high, z_sides = here.low, here.high, here.z_sides
-    off, per = at.z.T - here.z, None if at.per is None else at.per(loss)
-    inside = np.where((low < 0) & (high > 0), 0.5, 1.0)  # at an end only one side has a change
+    off = at.z.T - here.z  # of measured inputs from the node [sd], shape (k, b)
+    per = None if at.per is None else at.per(loss)  # 1 over the noise variance
+    inside = np.where((low < 0) & (high > 0), 0.5, 1.0)  # weight of a mean: at an end only one side has a change
     # rows and columns 0 to d are changes towards the node before, d to 2 d towards that after
     sums = gram[:d, :d] + gram[:d, d:] + gram[d:, :d] + gram[d:, d:]
     mean, slope = inside[:, None] * inside * sums, inside * (pull[:d] + pull[d:])
@@ -279,9 +309,11 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, i
     move = descend(*_normal(side, slope, z_step, off, per, here.flat), low, high)
     off = off - move[first:] * z_step
     if cell.residuals is not None and cell.sides is not None:
+        # weights hang on the residuals, so that the sum of squares follows from them, not from inner products
         chosen = np.where(after.T[:, :, None], cell.sides[:, d:], cell.sides[:, :d])
         left = cell.residuals - np.einsum("db,bdn->bn", move, chosen)
         return GridStep(index=here.index, move=move, off=off, loss=loss, left=left)
+    # |r - m S|^2 = |r|^2 - 2 m S r + m S S' m
     for i in range(d):
         loss = loss - 2.0 * move[i] * slope[i]
         for j in range(d):
@@ -297,35 +329,36 @@ def _cell(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inn
 
     Parameters
     ----------
+    grids : cells of several grids with as many axes each
     owner : grid of each data set, ascending, shape (b,)
     column : its node there, shape (b,)
     at : data, their squares and their weights
-    inner : products of the data with node and neighbours where these are made already
+    inner : products of the data with node and neighbours where these are made already, (its b, 1 + 2 d) per grid
     """
     d, k = grids[0].d, grids[0].k
-    tables, nodes, products = [], [], list(inner)
+    tables, nodes, products = [], [], list(inner)  # one entry per grid
     ends = np.searchsorted(owner, np.arange(len(grids) + 1))
     for g, cells in enumerate(grids):
-        part = slice(ends[g], ends[g + 1])
+        part = slice(ends[g], ends[g + 1])  # data sets of this grid
         mine = column[part]
         tables.append(cells.rows(mine))
         if not inner:
             nodes.append(cells.nodes[np.concatenate([mine[:, None], cells.beside[mine]], axis=1)])
             if at.used is None:
                 products.append(np.einsum("bn,bcn->bc", at.y[part], nodes[-1]))
-    here = NodeData(np.concatenate(tables), d, k)
+    here = node_data(np.concatenate(tables), d, k)
     if at.used is None:
         # rows: product with the node, with its d lower neighbours, with its d upper ones
         to = np.ascontiguousarray(np.concatenate(products).T)
         pull = np.concatenate([to[0] - to[1 : 1 + d], to[1 + d :] - to[0]]) - here.cross
         loss = np.maximum(at.squares - 2.0 * to[0] + here.squares, 0.0)  # |y|^2 - 2 y F + |F|^2
         return CellSums(here=here, gram=here.gram, pull=pull, loss=loss)
-    around = np.concatenate(nodes)
+    around = np.concatenate(nodes)  # values of the node, the d before and the d after it, shape (b, 1 + 2 d, n)
     node = around[:, :1]
     residuals = at.y - node[:, 0]
     # what the prediction changes from the lower neighbours to the node, and on to the upper ones
     sides = np.concatenate([node - around[:, 1 : 1 + d], around[:, 1 + d :] - node], axis=1)
-    used = at.used(residuals)
+    used = at.used(residuals)  # weight of every value, shape (b, n)
     gram = ((sides * used[:, None]) @ sides.transpose(0, 2, 1)).transpose(1, 2, 0)
     pull = np.einsum("bdn,bn->db", sides, residuals * used)
     loss = (used * residuals**2).sum(axis=1)
@@ -346,6 +379,7 @@ def _normal(
     flat : least squared change along an axis that counts
     """
     d, k = len(slope), len(z_step)
+    # entries are arrays over the data sets, shape (b,)
     matrix: list[list[Array]] = [[g if per is None else g * per for g in row] for row in gram]
     right: list[Array] = [s if per is None else s * per for s in slope]
     for i in range(d):
