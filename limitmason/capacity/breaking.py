@@ -16,16 +16,47 @@ from limitmason.capacity.point_law import PlasticHistory, slip_under_strength, t
 from limitmason.capacity.stepping import Node, by_programs, descent_first, node_of, quieted, step
 from limitmason.capacity.system import Evaluated, System
 
-_CLOSE = 1e-5  # overload that a step is ended at; up to WITHIN counts where rounding or a bend lets it come no nearer
-# tries to end a step where the first point breaks, 40 halvings are 1e-12 of it; those after which its end is doubted
-_CUTS, _SURE = 40, 8
-_LEAP = 1e-6  # of the step: where the first point still breaks only beyond, the state leaps
-_BEYOND, _AIMS = 1.02, 3  # of the way to where a break is foreseen; and times that it is foreseen anew
-_ALIKE = 1e-6  # overload that counts as none, and by which points of a symmetric structure may differ: 1e-7 by rounding
-_ROUNDS = 400  # of points that break one after the other at one displacement
-_TOGETHER = 0.5  # of the largest overload: what breaks in one round; chosen, one point at a time takes longest
-_SLIPS = 1e-6  # of the elastic slip at the cohesion: less is rounding
-_NEVER = -np.inf  # overload of a point that cannot break
+_CLOSE = 1e-5
+"""Overload that a step is ended at; up to WITHIN counts where rounding or a bend lets it come no nearer."""
+
+_CUTS = 40
+"""Tries at most to end a step where its first point breaks: 40 halvings are 1e-12 of it."""
+
+_SURE = 8
+"""Tries after which the far end of the step is doubted: chosen."""
+
+_HALVED = 4
+"""Every so many tries the interval is halved, should the secant not close in on it from both ends: chosen."""
+
+_INSIDE = 0.01
+"""Part of the interval that a try keeps away from its ends [-]: chosen."""
+
+_LEAP = 1e-6
+"""Part of a step: where its first point breaks only beyond an interval so short, the state leaps [-]."""
+
+_BEYOND = 1.02
+"""Part of the way to where a break is foreseen that is tried, so that it lies before the end [-]: chosen."""
+
+_AIMS = 3
+"""Times that a break is foreseen anew: chosen."""
+
+_ALIKE = 1e-6
+"""Overload that counts as none, and by which points of a symmetric structure may differ: 1e-7 by rounding."""
+
+_ROUNDS = 400
+"""Rounds at most of points that break one after the other at one displacement: chosen."""
+
+_TOGETHER = 0.5
+"""Part of the largest overload from which points break in one round: chosen, one point at a time takes longest."""
+
+_SLIPS = 1e-6
+"""Part of the elastic slip at the cohesion below which a slip is rounding [-]."""
+
+_FALLING_ETA = 1e-2
+"""Viscosity with which blocks fall after a break at first, in block weights per elastic length: chosen."""
+
+_NEVER = -np.inf
+"""Overload of a point that cannot break."""
 
 
 def brittle(system: System) -> bool:
@@ -138,7 +169,7 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
         if narrow:
             break
         share = 0.5
-        if k % 4 < 3:
+        if k % _HALVED < _HALVED - 1:
             share = _aimed(below, above, first, rest)
             if left is not None and abs(after.control - left[0]) < abs(width):
                 # the last two states are nearer to each other than those that enclose it: their secant is truer
@@ -147,7 +178,8 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
                 onward = (0.5 * _CLOSE - at) / rise + (after is high) if rise > 0.0 else -1.0
                 share = onward if 0.0 < onward < 1.0 else share
         doubted = high is new and k == _SURE
-        target = new.control if doubted else low.control + float(np.clip(share, 0.01, 0.99)) * width
+        inside = float(np.clip(share, _INSIDE, 1.0 - _INSIDE))
+        target = new.control if doubted else low.control + inside * width
         begin = (low.pose, low.multiplier) if doubted else between(low, high, target)
         tried = step(system, last, target, begin, ratio)
         if tried is None:
@@ -350,13 +382,16 @@ def _fallen(
     """
 
     def breaks(old: PlasticHistory, at: Evaluated) -> PlasticHistory:
+        """History of a sub-step at its end, with what it overloads broken."""
         rows = worst_of(_overload_at(system, old, at))
         if not len(rows):
             return at.returned.history
         broken.append(rows)
         return weakened(at.returned.history, rows)
 
-    found = quieted(system, node.pose, history, target, node.multiplier, node.force[:, 0], ratio, 1e-2, breaks)
+    found = quieted(
+        system, node.pose, history, target, node.multiplier, node.force[:, 0], ratio, _FALLING_ETA, breaks
+    )
     if found is None:
         return None
     return found._replace(broken=np.unique(np.concatenate(broken)), programs=found.programs + programs)

@@ -23,9 +23,23 @@ RUNS_OFF = 4.0
 MOVES_ON = 20.0
 """Overshoots by which a place where sides cross may move along the side that carries it in one step [-]."""
 
-# chosen, not derived: effects of a bond of an open joint below which a path goes on, see :meth:`Generations.bonded`
-_OPEN, _TURNS = 0.1, 3e-3  # gap over the block size; moment of its shear at the gap over that of all forces at a block
-_INVERSE = 4  # iterations for the smallest stiffness: its size is asked for, not its digits
+_OPEN = 0.1
+"""Gap of a joint that still bears its bond, over the block size, up to which a path goes on [-]: chosen."""
+
+_TURNS = 3e-3
+"""Moment of its shear at the gap, over that of all forces at a block, up to which a path goes on [-]: chosen."""
+
+_INVERSE = 4
+"""Iterations for the smallest stiffness: its size is asked for, not its digits."""
+
+_ANEW = 0.5
+"""Motion of the blocks, in overshoots, below which contacts are not looked for again [-]: chosen."""
+
+_BELOW = 0.5
+"""Overshoots by which an open point may lie below a face at the end of a shortened step [-]: chosen."""
+
+_MARGIN = 0.9
+"""Part of what is allowed to which a step is shortened [-], so that the shorter one does not just miss it: chosen."""
 
 FIRMER = 0.9
 """Stiffness of a point over that at the other end of a step, below which it counts as weaker [-]."""
@@ -42,7 +56,8 @@ class Generations:
 
     Parameters
     ----------
-    shapes : faces and corners of the blocks; None where contacts are never looked for
+    shapes : faces and corners of the blocks, and the overshoot, a length by which points may pass faces in a step [m];
+        None where contacts are never looked for
     make : from a structure to its equations
     structures : model and contact points of every generation
     systems : equations of every generation
@@ -74,7 +89,7 @@ class Generations:
         )
 
     def energy(self, before: Node, after: Node) -> float:
-        """Energy that a step leaves over, over its gross work, by the certificate [-]; 0 where it balances."""
+        """Energy that a step leaves over, over its gross work, by the certificate [-]: positive where some is lost."""
         return certify(self.structures[after.generation], self.state(before), self.state(after))[0].energy
 
     def looked_at(self, node: Node, since: Node) -> Node:
@@ -82,6 +97,7 @@ class Generations:
 
         Parameters
         ----------
+        node : as it was found
         since : node before it; where blocks have moved by less than half the overshoot since contacts were last looked
             for, they are not looked for
         """
@@ -89,7 +105,7 @@ class Generations:
         if shapes is None:
             return node
         before = since.looked or since.pose
-        if _farthest(shapes, before, node.pose) < 0.5 * shapes.step:
+        if _farthest(shapes, before, node.pose) < _ANEW * shapes.step:
             return node._replace(looked=before)
         node = node._replace(looked=node.pose)
         found = found_anew(shapes, s.points, node.pose, node.history, node.force, before)
@@ -101,9 +117,7 @@ class Generations:
         return node._replace(onward=Onward(len(self.structures) - 1, history, found.force, found.before))
 
     def bonded(self, node: Node) -> str:
-        """Which perfectly plastic joint is open and still bears cohesion or tension.
-
-        "" where that does not matter.
+        """Which perfectly plastic joint is open and still bears cohesion or tension, "" where that does not matter.
 
         A bond ends by opening; the law does not say when. It is taken to matter where points are open by a tenth of a
         block, or where the moment of their shear at the gap is above 0.003 of that of all forces over a block.
@@ -113,6 +127,7 @@ class Generations:
         bond = (np.maximum(p.law.cohesion, p.law.tension) > 0.0) & (np.maximum(p.by_opening, p.by_slip) == 0.0)
         if not bond.any():
             return ""
+        # opening without that of dilation and crushing [m], size of the force [N], and its shear at the gap [N m]
         gap = np.where(bond, self.forces(node)[1][:, 0] - node.history.lift, 0.0)
         bears = np.linalg.norm(node.force, axis=1)
         turning = np.linalg.norm(node.force[:, 1:], axis=1) * np.maximum(gap, 0.0)
@@ -143,6 +158,10 @@ class Generations:
 
         It is 1.0 where the whole step is free of that. In a longer step blocks would pass through each other before
         contacts are looked for.
+
+        Parameters
+        ----------
+        before, after : nodes at both ends of the step
         """
         shapes, s = self.shapes, self.structures[after.generation]
         if shapes is None:
@@ -150,30 +169,35 @@ class Generations:
         travel = _farthest(shapes, before.pose, after.pose)
         if travel < shapes.step:
             return 1.0
+        # gaps of the points that landed, at both ends of the step [m]
         was, now = landed(shapes, s.points, before.pose, after.pose, travel)
         # to half an overshoot below the face, by the straight line between both gaps
-        share = (was + 0.5 * shapes.step) / (was - now)
+        share = (was + _BELOW * shapes.step) / (was - now)
         return max(LEAST, float(share.min(initial=1.0)))
 
     def until_off(self, before: Node, after: Node) -> float:
-        """Share of a step in which no point that bears runs off its face by more than a few overshoots.
+        """Share of a step in which no point that bears runs off its face by more than a few overshoots [-].
 
-        It is 1.0 where none does in the whole step.
+        It is 1.0 where none does in the whole step. What a point meets beyond the edge, and what it then carries, is
+        found at the end of a step only.
 
-        What it meets beyond the edge, and what it then carries, is found at the end of a step only.
+        Parameters
+        ----------
+        before, after : nodes at both ends of the step
         """
         shapes, s = self.shapes, self.structures[after.generation]
         if shapes is None:
             return 1.0
+        # how far points lie outside their faces, and how far they may [m]
         beyond = outside(shapes, s.points, after.pose)
         most = shapes.step * np.where(is_crossing(shapes, s.points), MOVES_ON, RUNS_OFF)
         far = (after.force[:, 0] != 0.0) & (beyond > most)
         if not far.any():
             return 1.0
         was = beside_faces(shapes, s.points, before.pose)
+        # of points that were outside already no shorter step tells when they left
         left = far & (was > -shapes.step)
-        # to nine tenths of what is allowed, so that the shorter step does not just miss it
-        share = (was + 0.9 * most)[left] / (was + beyond)[left]
+        share = (was + _MARGIN * most)[left] / (was + beyond)[left]
         return max(LEAST, float(share.min(initial=1.0)))
 
     def changed(self, node: Node) -> float:
@@ -190,13 +214,14 @@ class Generations:
         return self.systems[node.generation].evaluate(node.pose, old, node.multiplier)
 
     def rise(self, node: Node, before: Node | None, move: float) -> float:
-        """By how much the multiplier rises over a control displacement [m], by the tangent at a node [-].
+        """By how much the multiplier rises over a control displacement, by the tangent at a node [-].
 
         It is nan where that is singular.
 
         Parameters
         ----------
         before : node from which it was reached, whose slip decides which points slide on
+        move : the control displacement, signed [m]
         """
         return move * self._tangent(node, before, move)[0]
 
@@ -206,6 +231,7 @@ class Generations:
         Parameters
         ----------
         before : node from which ``last`` was reached
+        last, new : nodes at both ends of the step
         """
         move = new.control - last.control
         told = [abs(move) * self._tangent(*ends, move)[1] for ends in ((last, before), (new, last))]
@@ -216,7 +242,8 @@ class Generations:
 
         Parameters
         ----------
-        move : control displacement over which the tangent is taken [m]
+        node, before : as of :meth:`rise`
+        move : control displacement over which the tangent is taken, signed [m]
         """
         since = None if before is None else before.pose
         # poses are the same objects where the same sample is asked for again
@@ -235,11 +262,14 @@ class Generations:
         Parameters
         ----------
         before, begun : node at the start, as it was reached and as the step begins
+        new : node at the end
         toward : sign of the load that pushes
         """
         fell = toward * (before.multiplier - new.multiplier)
         if before.onward is None or fell <= 0.0:
             return 0.0
+        # without what was taken off the load would have changed by the tangent; where that is singular nothing is
+        # known, and all of a fall by a jump counts
         rises = toward * self.rise(new, begun, new.control - begun.control)
         return float(np.clip(fell + rises, 0.0, fell)) if np.isfinite(rises) else fell * new.jump
 
@@ -263,6 +293,7 @@ class Generations:
             # rows of points before contacts were found anew; a new point has no earlier tangent
             anew = last.onward.before
             earlier = np.where((anew < 0)[:, None, None], now, earlier[anew])
+        # of every point the trace of its tangent tells how stiff it is
         own, others = (np.trace(t, axis1=1, axis2=2) for t in (now, earlier))
         weaker = others < FIRMER * own
         if not (weaker.any() and (own < FIRMER * others).any()):

@@ -36,12 +36,19 @@ NEW = -1
 """Interface of a point between two blocks that had no joint."""
 
 NO_CORNER = -1
+"""Corner or face of a point that is none."""
 
-_MANY = 40_000  # points of a structure that are taken at most: beyond, fewer are put on the sides
-_FEWEST = 5  # points on a side, however many joints there are: loads are then up to 24 % too high, as the warning says
-_GLUED = (7, 7)  # points of joints in space that bear cohesion or tension
+_MANY = 40_000
+"""Points of a structure that are taken at most: beyond, fewer are put on the sides. Chosen."""
 
-_SAME = 1e-9  # of the largest of some lengths or forces: what rounding may change
+_FEWEST = 5
+"""Points on a side, however many joints there are: loads are then up to 24 % too high, as the warning says."""
+
+_GLUED = (7, 7)
+"""Points along and across joints in space that bear cohesion or tension: chosen."""
+
+_SAME = 1e-9
+"""Part of the largest of some lengths or forces that rounding may change [-]."""
 
 
 def points_of_path(
@@ -52,6 +59,7 @@ def points_of_path(
 
     Parameters
     ----------
+    plane : in which blocks move; None in space
     contact_model, grid, initial : as of :func:`limitmason.pushover`
 
     Returns
@@ -84,6 +92,10 @@ def standard_points(assembly: Assembly, plane: Plane | None) -> tuple[str, Grid 
 
     "lobatto" where joints crush or lose strength, and in space, with 7 x 7 points, where they have cohesion or tensile
     strength, since at the corners cohesion resists twisting 1.85 times as much as on a square face; else "vertices".
+
+    Parameters
+    ----------
+    plane : in which blocks move; None in space
     """
     x = assembly.arrays
     weak = weakening(assembly)
@@ -104,9 +116,7 @@ def standard_points(assembly: Assembly, plane: Plane | None) -> tuple[str, Grid 
 
 @dataclass(frozen=True, eq=False)
 class PathContacts(ReadOnly):
-    """What m contact points are, in the reference pose.
-
-    c force components.
+    """What m contact points of c force components are, in the reference pose.
 
     Parameters
     ----------
@@ -170,7 +180,7 @@ class PathContacts(ReadOnly):
         return PathContacts(**chosen)
 
     def with_rows(self, other: "PathContacts") -> "PathContacts":
-        """These points and others behind them."""
+        """These points and others behind them, m and m' of them, with as many force components."""
         joined: dict[str, Any] = {}
         for f in fields(self):
             mine, theirs = getattr(self, f.name), getattr(other, f.name)
@@ -194,7 +204,9 @@ def first_contacts(
 
     Parameters
     ----------
-    law, kn, ks : of every interface, shape (k,)
+    points : of the reference pose
+    law : of every interface [Pa], shape (k,)
+    kn, ks : normal and shear stiffness of every interface [Pa/m], shape (k,)
     misfit : displacement of b against a in the reference pose, opening and along the tangents [m], shape (m, c); none
         by default
     softening : how every interface softens; None where none does
@@ -234,6 +246,10 @@ def firmness(assembly: Assembly, loads: Loads) -> Index:
     A held block comes before one that moves, then the heavier one, the one farther along the dead load, the one farther
     along the live load, and the one nearer to the middle of the structure. Turned, mirrored and renumbered structures
     have the same ranks.
+
+    Parameters
+    ----------
+    loads : whose sums give the directions
     """
     x = assembly.centroids
     middle = x.mean(axis=0)
@@ -267,11 +283,12 @@ def _rank(value: Array) -> Index:
 
 
 def carried_firmly(points: ContactPoints, firm: Index) -> ContactPoints:
-    """The points with the frame carried by the firmer of both blocks.
+    """The points with the frame carried by the firmer of both blocks; forces keep their sign.
 
     Parameters
     ----------
-    firm : ranks by :func:`firmness`
+    points : carried by either
+    firm : rank of every block by :func:`firmness`, shape (n,)
     """
     over = firm[points.block_b] > firm[points.block_a]
     a, b = np.where(over, points.block_b, points.block_a), np.where(over, points.block_a, points.block_b)

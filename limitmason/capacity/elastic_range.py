@@ -40,7 +40,11 @@ _NOTHING = 1e-9
 _ROUNDED = 2e-14
 """The same for each size of the model between it and the origin: what is rounded in map coordinates."""
 
-_SAME = 1e-9  # of a stiffness, of an area, and of the model's size
+_SAME = 1e-9
+"""Part of a stiffness, of an area, or of the model's size, by which two that are equal may differ [-]: rounding."""
+
+_FREE = 1e-12
+"""Least over largest pivot of the scaled stiffness below which a block is free to move [-]: rounding."""
 
 
 class Onset(NamedTuple):
@@ -333,7 +337,7 @@ def _solved(matrix: sparse.csc_array, loads: Array) -> Array:
     except RuntimeError:
         found = np.full(loads.shape, np.nan)
     pivots = np.abs(factors.U.diagonal()) if np.isfinite(found).all() else np.zeros(1)
-    if not pivots.min() > 1e-12 * pivots.max():
+    if not pivots.min() > _FREE * pivots.max():
         raise NotApplicable("the joints do not hold the blocks in place: there is no elastic state")
     return np.asarray(found / size[:, None])
 

@@ -18,6 +18,12 @@ from limitmason.capacity.system import System
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints
 
+_SAME_PLACE = 1e-6
+"""Part of the structure's size by which points of a prediction and of a path may lie apart [-]: chosen."""
+
+_NO_MOTION = 1e-9
+"""Motion of what is controlled, of the largest entry of a mechanism's twists, that counts as none [-]: rounding."""
+
 
 def of_gaps(points: ContactPoints, gaps: ArrayLike | None) -> Array | None:
     """Initial opening of the contact points as displacements [m], (m, c), or None.
@@ -56,7 +62,7 @@ def of_forces(points: ContactPoints, state: Prediction, kn: Array, ks: Array) ->
     apart = np.inf
     if len(r.point_area) == points.count and np.array_equal(r.point_interface, points.interface):
         apart = float(np.abs(r.point_position - points.position).max(initial=0.0))
-    if apart > 1e-6 * float(np.ptp(points.position, axis=0).max(initial=0.0)):
+    if apart > _SAME_PLACE * float(np.ptp(points.position, axis=0).max(initial=0.0)):
         raise InputError(
             f"initial has {len(r.point_area)} contact points, the path {points.count}, or they lie elsewhere: give "
             "both the same contact_model and grid"
@@ -91,7 +97,8 @@ def begun_with(system: System, state: Prediction, to: float | None, ratio: float
     twists = np.array(state.mechanism.twists)
     along = float((system.control * (twists[:, :3] @ system.bodies.basis[:3])).sum())
     move = np.copysign(steps.first * system.length, ratio if to is None else to)
-    if not abs(along) > 1e-9 * float(np.abs(twists).max(initial=0.0)):
+    # a mechanism that does not move what is controlled tells no first step
+    if not abs(along) > _NO_MOTION * float(np.abs(twists).max(initial=0.0)):
         return [first]
     guess = moved(solved.state.pose, move / along * twists), solved.multiplier
     second = stepping.step(system, first, first.control + float(move), guess, ratio)

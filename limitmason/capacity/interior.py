@@ -22,26 +22,36 @@ ITERATIONS = 60  # at most, chosen
 FIRST = 10.0
 """Product at the start, block weights times elastic lengths: less finds fewer steps, more takes longer [-]."""
 
-_NEAR = 0.3  # block weights: unbalance of the true law from which Newton on it is tried
-_NEARER = 0.3  # of the unbalance of the last try: from which it is tried again
-_AGAIN = 6  # iterations after which it is tried again all the same
-_FINISH = 5  # full steps of such a try
-_INSIDE = 0.995  # of the way to the edge of the law, the longest step
-_STUCK, _OVER = 0.15, 3  # shares of so many last steps together below which it leads nowhere
+_NEAR = 0.3
+"""Unbalance of the true law, in block weights, below which Newton's method on it is tried: chosen."""
+
+_NEARER = 0.3
+"""Part of the unbalance of the last such try below which it is tried again [-]: chosen."""
+
+_AGAIN = 6
+"""Iterations after which it is tried again all the same: chosen."""
+
+_FINISH = 5
+"""Full steps of such a try at most: chosen."""
+
+_INSIDE = 0.995
+"""Part of the way to the edge of the law that the longest step goes [-]: chosen, as is usual."""
+
+_OVER, _STUCK = 3, 0.15
+"""So many last steps whose shares are together below so much lead nowhere: chosen."""
+
+_LEAST_AIM, _CENTRED = 0.05, 3
+"""The product aimed at is the part that a first step leaves, at least so much, to this power (Mehrotra's rule)."""
 
 
 class Inner(NamedTuple):
-    """State inside the law, in mean block weights and elastic lengths; or a step from it.
+    """State of m points inside the law, in mean block weights and elastic lengths; or a step from it."""
 
-    ``normal`` is (m,); ``cone`` (a, T), (m, c), the slack of friction and the shear; ``slid`` (p, d), (m, c), size and
-    sense of the slip; ``spare``, ``given`` strength left against opening and crushing and what opened and crushed.
-    """
-
-    normal: Array
-    cone: Array
-    slid: Array
-    spare: Array
-    given: Array
+    normal: Array  # N, compression positive, (m,)
+    cone: Array  # (a, T): radius of the cone of friction, and the shear in it, (m, c)
+    slid: Array  # (p, d): size and components of the slip, (m, c)
+    spare: Array  # strength left against opening of every point, then against crushing of those that crush, (r,)
+    given: Array  # what opened and crushed, (r,)
 
     def onward(self, step: "Inner", share: float) -> "Inner":
         """The state after a share of a step."""
@@ -54,14 +64,14 @@ class Inner(NamedTuple):
 
 
 class _Linear(NamedTuple):
-    """Equations of the points at a state, linearised: what is eliminated, and what they lack."""
+    """Equations of the points at a state, linearised: what is eliminated, and what they lack; units of ``Inner``."""
 
     inverse: Array  # of the product with (a, T), (m, c, c)
-    across: Array  # d(slid) / d(a, T)
+    across: Array  # d(slid) / d(a, T), (m, c, c)
     tangent: Array  # d(force) / d(displacement), (m, c, c)
     elastic: Array  # displacements that the elastic law lacks, (m, c)
-    cone: Array  # lack of a
-    spare: Array  # lack of the spare strengths
+    cone: Array  # lack of a, (m,)
+    spare: Array  # lack of the spare strengths, (r,)
 
 
 class _Points:
@@ -76,18 +86,18 @@ class _Points:
         law, area = system.law, system.bodies.area
         self.strength = law.strength_at(old.damage).over(area).in_units_of(system.weight)
         c = system.bodies.directions.shape[1]
-        self.axes = (0,) * c  # see compiled_interior
+        self.axes = (0,) * c  # of length c, by which compiled loops are written out, see compiled_interior
         stiff = np.column_stack([law.kn, *[law.ks] * (c - 1)]) * area[:, None]
         self.stiff: Array = stiff * (system.length / system.weight)
         s, every = self.strength, np.arange(len(area))
         crushes = np.flatnonzero(s.crushes)
-        # spare strength is bound + sign N
+        # spare strength of every row is bound + sign N, with N of the point in ``row``
         self.row: Index = np.concatenate([every, crushes])
         self.sign = np.where(np.arange(len(self.row)) < len(area), 1.0, -1.0)
         self.bound = np.concatenate([s.tension, s.crushing[crushes]])
 
     def elastic(self, at: Evaluated) -> Array:
-        """Forces without limits in a pose, (m, c)."""
+        """Forces without limits in a pose, in mean block weights, shape (m, c)."""
         x = trial(self.system.law, self.old, at.contact.displacement)
         return x * (self.system.bodies.area / self.system.weight)[:, None]
 
@@ -104,6 +114,7 @@ class _Points:
         # spare strength x of each row solves x - kn product / x = free, a quadratic
         free = self.bound + self.sign * (tried[:, 0] + kn * lift)[self.row]
         root = np.sqrt(free**2 + 4.0 * product * kn[self.row])
+        # the smaller root by the product of both, which keeps its digits
         large = 0.5 * (np.abs(free) + root)
         spare = np.where(free > 0.0, large, product * kn[self.row] / large)
         normal = spare[: len(kn)] - s.tension
@@ -201,8 +212,8 @@ def solve(
     done = np.zeros(system.order) if origin is None else origin.copy()
     now, points, shares = system.evaluate(pose, old, multiplier), _Points(system, old), [1.0] * _OVER
     x = points.inside(now, FIRST)
-    anew = 1
-    tried_at, tried = np.inf, -_AGAIN
+    anew = 1  # times that it may be begun anew
+    tried_at, tried = np.inf, -_AGAIN  # unbalance and iteration of the last try by Newton's method
     for k in range(ITERATIONS):
         unbalance = float(np.abs(now.residual - viscosity * done).max(initial=0.0))
         stuck = sum(shares[-_OVER:]) < _STUCK
@@ -246,7 +257,7 @@ def solve(
             step, edge = points.step(x, a, freed, system.relative(now, motion[:-1])[0] / system.length)
             if aim == 0.0:
                 left = x.onward(step, min(1.0, edge)).product() / product
-                aim = product * float(np.clip(left, 0.05, 1.0)) ** 3
+                aim = product * float(np.clip(left, _LEAST_AIM, 1.0)) ** _CENTRED
         assert step is not None
         share = min(1.0, _INSIDE * edge)
         shares.append(share)

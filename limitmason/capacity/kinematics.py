@@ -251,6 +251,11 @@ def shape_geometry(at: Contact, force: Array) -> tuple[Array, Array]:
 
     With p_b = ... + phi q the arms of the force change by phi dq: dM_a = F x phi dq, dM_b = -dM_a. Transposed they are
     the change of the forces on b's shapes with the spins of a and of b.
+
+    Parameters
+    ----------
+    at : directions, arms and shapes in the pose
+    force : components of the points [N], shape (m, c)
     """
     f = cross_matrix(np.einsum("mci,mc->mi", at.directions, force))
     on_a = f @ at.shapes_b
@@ -268,7 +273,8 @@ def motion_between(before: Pose, after: Pose) -> Array:
         [step[:, 2, 1] - step[:, 1, 2], step[:, 0, 2] - step[:, 2, 0], step[:, 1, 0] - step[:, 0, 1]], axis=1
     )
     sine = np.linalg.norm(twist, axis=1)
-    cosine = 1.0 + 0.5 * np.einsum("nii->n", step)
+    cosine = 1.0 + 0.5 * np.einsum("nii->n", step)  # the trace of a rotation is 1 + 2 cos(angle)
     angle = np.arctan2(sine, cosine)
+    # angle / sine is 1 to the last digit below 1e-12
     vector = twist * np.where(sine > 1e-12, angle / np.maximum(sine, 1e-300), 1.0)[:, None]
     return np.concatenate([after.shift - before.shift, vector, after.shapes - before.shapes], axis=1)

@@ -12,7 +12,8 @@ from limitmason.capacity.system import Evaluated, System
 TOLERANCE = 1e-9
 """Unbalance of a solved step, in mean block weights [-]."""
 
-ITERATIONS = 12  # at most, chosen
+ITERATIONS = 12
+"""Most of them for a step: chosen."""
 
 SHARES = (1.0, 0.5, 0.25, 0.1, 0.03)
 """Shares of a step that are tried until the unbalance falls."""
@@ -20,8 +21,14 @@ SHARES = (1.0, 0.5, 0.25, 0.1, 0.03)
 FULL = (1.0,)
 """Full steps, whatever becomes of the unbalance: for the last steps to a state that is near."""
 
-_GROWN = 3.0  # unbalance over the least so far at which full steps lead nowhere
-_ENOUGH = 1e-7  # accepted where rounding lets Newton go no further
+_FALLS = 0.1
+"""Part of a share of a step by which the unbalance must fall for it to be taken [-]: chosen."""
+
+_GROWN = 3.0
+"""Unbalance over the least so far above which full steps lead nowhere [-]: chosen."""
+
+_ENOUGH = 1e-7
+"""Unbalance in mean block weights that is accepted where rounding lets Newton's method go no further: chosen."""
 
 
 class Solved(NamedTuple):
@@ -60,6 +67,7 @@ def solve(
     done = np.zeros(system.order) if origin is None else origin.copy()
 
     def unbalance(at: Evaluated, made: Array) -> Array:
+        """What equilibrium lacks in a state after the motion ``made``, and what is left of the control displacement."""
         missing = 0.0 if target is None else (target - system.controlled(at.pose)) / system.length
         return np.append(at.residual - viscosity * made, missing)
 
@@ -70,6 +78,7 @@ def solve(
         size = float(np.abs(off).max())
         if not np.isfinite(size):
             return None
+        # small, and no longer half of what it was: rounding
         if size < TOLERANCE or (size < _ENOUGH and size > 0.5 * best):
             return Solved(now, multiplier, k)
         if k == iterations or (shares == FULL and size > _GROWN * best):
@@ -87,9 +96,10 @@ def solve(
             load = multiplier + share * float(step[-1])
             tried = system.evaluate(system.advanced(now.pose, share * step[:-1]), old, load)
             new = unbalance(tried, done + share * step[:-1])
-            if shares == FULL or float(np.linalg.norm(new)) < (1.0 - 0.1 * share) * merit:
+            if shares == FULL or float(np.linalg.norm(new)) < (1.0 - _FALLS * share) * merit:
                 break
         else:
+            # no share of the step lowers the unbalance
             return None
         now, off = tried, new
         done += share * step[:-1]

@@ -19,9 +19,17 @@ from limitmason.capacity.system import System
 from limitmason.display.progress import reached
 from limitmason.storage.interrupts import ends_early
 
-_TRIES = 12  # short steps towards a limit point that then does not come
-_BEYOND = (1e-3, 3e-3, 1e-2)  # of the median block size: jumps that are tried where no short step goes on
-_OVER = 0.01  # least displacement of what overturns, of the median block size
+_TRIES = 12
+"""Short steps towards a limit point that then does not come: chosen."""
+
+_BEYOND = (1e-3, 3e-3, 1e-2)
+"""Jumps that are tried where no short step goes on, over the median block size [-]: chosen."""
+
+_OVER = 0.01
+"""Least displacement of what overturns, over the median block size [-]: chosen."""
+
+_WHOLE = 1.2
+"""Steps up to which what is left of a path is made in one, and not split into a step and a splinter [-]: chosen."""
 
 
 def follow(
@@ -96,6 +104,7 @@ class _Path(JudgedPath):
         last = self.generations.begun(self.nodes[-1])
         system = self.generations.systems[last.generation]
         left = self.sense * (self.end - last.control)
+        # what is left is the rounding of displacements, or far below an elastic length
         if left <= 1e-9 * abs(self.end) or left <= 1e-6 * system.length:
             return PathEnd.REACHED
         found = self._found(system, last, left)
@@ -126,8 +135,8 @@ class _Path(JudgedPath):
         left : control displacement to the end of the path [m]
         """
         self.advance = min(self.advance, self.longest, self.bound)
-        # what is left is not split into a step and a splinter; a step that was cut is not stretched to the end again
-        move = left if left < (1.0 if self.again else 1.2) * self.advance else self.advance
+        # a step that was cut is not stretched to the end again
+        move = left if left < (1.0 if self.again else _WHOLE) * self.advance else self.advance
         guess = extrapolated(system, [*self.nodes[self.begin : -1], last], self.sense * move)
         patient = self.failures >= stepping.patience(system, move)
         target = last.control + self.sense * move

@@ -38,6 +38,12 @@ _SECANT = 1e-7
 LARGE = 200
 """Contact points from which compiled sums are loaded: below, that takes longer than what they save."""
 
+_ROUNDS = 40
+"""Iterations for a damage at most; what has not come to rest then swings between two values: chosen."""
+
+_BITS = 52
+"""Halvings to the last bit of a damage between 0 and 1."""
+
 
 class ElastoplasticLaw(NamedTuple):
     """Law of m contact points: strengths, stiffnesses, and how they soften.
@@ -248,6 +254,7 @@ class _PlasticCorrector(NamedTuple):
 
 
 def _elastic_predictor(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> _ElasticPredictor:
+    """Stress without limits at a displacement (w, e...) of b against a [m], shape (m, c), after a history ``old``."""
     tried = trial(law, old, displacement)
     size = np.sqrt(np.einsum("mc,mc->m", tried[:, 1:], tried[:, 1:]))
     return _ElasticPredictor(tried[:, 0], size, tried[:, 1:] / np.maximum(size, 1e-300)[:, None], displacement[:, 0])
@@ -262,7 +269,7 @@ def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -
     """
     before, tried = np.asarray(old.damage), _elastic_predictor(law, old, displacement)
     damage = before
-    for _ in range(40):
+    for _ in range(_ROUNDS):
         asked = _demanded(law, old, tried, damage)
         # Newton's method on damage = demanded(damage), with the slope by a difference
         if (np.abs(asked - damage) < _DAMAGED).all():
@@ -274,10 +281,10 @@ def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -
         onward = np.where(slope < 1.0, (asked - damage) / np.where(slope < 1.0, 1.0 - slope, 1.0), 1.0 - damage)
         damage = np.clip(damage + onward, before, 1.0)
     else:
-        # Slip damages no more where the tip of the cone has come to the tension: there the damage stops, halved in on.
+        # slip damages no more where the tip of the cone has come to the tension: there the damage stops, halved in on
         swings = np.abs(_demanded(law, old, tried, damage) - damage) >= _DAMAGED
         low, high = before, np.ones(len(before))
-        for _ in range(52):  # halvings to the last bit of a damage between 0 and 1
+        for _ in range(_BITS):
             middle = 0.5 * (low + high)
             more = _demanded(law, old, tried, middle) > middle
             low, high = np.where(more, middle, low), np.where(more, high, middle)
@@ -315,8 +322,10 @@ def slip_under_strength(
 
     Parameters
     ----------
+    s : strengths at the end of the step [Pa]
+    old : history at its start
     tried : shear at the end without further slip [Pa], (m, c - 1)
-    normal : normal stress at the end without a limit [Pa]
+    normal : normal stress at the end without a limit [Pa], (m,)
     slip : what slips in the step [m], (m,)
     """
     bears, began = s.bears_shear(np.maximum(normal, -s.tension)), old.began()
@@ -363,7 +372,10 @@ def _plastic_corrector(law: ElastoplasticLaw, s: PointLaw, lift: Array, tried: _
 
 
 def _plastic(law: ElastoplasticLaw, s: PointLaw, old: PlasticHistory, tried: _ElasticPredictor) -> Returned:
-    """The return with strengths ``s`` that stay, and its consistent tangent -d(N, T)/d(w, e)."""
+    """The return with strengths ``s`` that stay, and its consistent tangent -d(N, T)/d(w, e).
+
+    ``old`` is the history at the start of the step.
+    """
     found, kn, ks = _plastic_corrector(law, s, old.lift, tried), law.kn, law.ks
     along, cone, tip = found.along, found.cone, found.tip
     history = PlasticHistory(old.slip - found.slip[:, None] * along, found.lift, old.damage)

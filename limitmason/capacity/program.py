@@ -20,6 +20,9 @@ from limitmason.mechanics.law import PointLaw
 TOLERANCE = 1e-12
 """Of the interior point [-]: 1e-10 stalls the path at 2e-5 of a block's weight."""
 
+_ITERATIONS, _RATIO = 100, 1e-9
+"""Iterations of the interior point at most, and its ratio of kappa to tau by which a program has no answer: chosen."""
+
 
 class Stepped(NamedTuple):
     """Answer of a program.
@@ -66,7 +69,7 @@ def solve_step(
     stiffness = np.column_stack([system.law.kn, *[system.law.ks] * (c - 1)]) * area[:, None] * system.length / force
     compliance = (1.0 / stiffness).ravel()
     start = (elastic / force).ravel()
-    order, free = system.order, advance is not None
+    order, free = system.order, advance is not None  # free: whether the multiplier is an unknown
     left = 0.0 if advance is None else advance
     a = system.equilibrium(at.wrenches)
     dead, live = system.applied(at.pose)
@@ -76,6 +79,7 @@ def solve_step(
         dead = dead - viscosity * done
     if system.bodies.deforming:
         dead = dead + system.sprung(at.pose)
+    # unknowns x are the points' forces and what follows, at the cost x' P x / 2 + q' x with P diagonal
     columns = [a]
     p = [compliance]
     q = [-compliance * start]
@@ -103,10 +107,10 @@ def solve_step(
     matrix = sparse.vstack([equations, *place], format="csc")
     settings = clarabel.DefaultSettings()
     settings.verbose = False
-    settings.max_iter = 100
+    settings.max_iter = _ITERATIONS
     settings.max_threads = 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
-    settings.tol_ktratio = 1e-9
+    settings.tol_ktratio = _RATIO
     quadratic = sparse.diags(np.concatenate(p), format="csc")
     kinds, right = [clarabel.ZeroConeT(order), *cones], np.concatenate([-dead, *limit])
     found = clarabel.DefaultSolver(quadratic, np.concatenate(q), matrix, right, kinds, settings).solve()
@@ -137,6 +141,7 @@ def _bounds(
     rows = np.arange(m)
     bears = law.over(area).in_units_of(force)
     if normal is not None:
+        # friction psi, with the shear strength that phi gives under the last normal forces
         bears = bears.frozen(normal / force)
     tan, fixed = bears.tan_phi, bears.cohesion
     one, place, limit = np.ones(m), [], []

@@ -17,32 +17,65 @@ from limitmason.capacity.steps import Steps, bend, may_have_fallen, senses, unti
 FARTHEST = 0.5
 """Control displacement up to which a limit point is looked for, over the median block size [-]."""
 
-_SHORTEST = 1e-4  # elastic lengths
-_HALVINGS = 6  # of a step that loses or makes energy
-CLOSER, ROUNDS = 0.25, 8  # of the step before a limit point; rounds in which it is closed in on
-_CUTS = 4  # of a step for its bend
-_STEADY = 4  # steps that do not grow after one in which a point ran off
-_OUTRUN, _MOVED = 3.0, 1e-7  # motion over a tangent's, and over the median block size, that may be a leap
-_ASIDE = 0.3  # of the motion of a step: distance from where it was going that may hide a fall
-MISSED = 2e-3  # of the largest load: fall behind which nothing is looked for, and rise that may hide one
-_UNSEEN = 1e-3  # of the largest load: rise to a jump that may be left unseen
-DROP_OF_SOFTENING = 0.2  # fall that ends a path whose joints lose strength: others may take over
+_SHORTEST = 1e-4
+"""Least step, in elastic lengths [-]: chosen."""
+
+_HALVINGS = 6
+"""Times that a step is halved at most for energy, bonds, a hidden fall or its pace: chosen."""
+
+CLOSER = 0.25
+"""Length of a step towards a limit point over that of the step before [-]: chosen."""
+
+ROUNDS = 8
+"""Rounds at most in which a limit point, or the end of a path, is closed in on: chosen."""
+
+_CUTS = 4
+"""Times that a step is cut at most for its bend: chosen."""
+
+_STEADY = 4
+"""Steps that do not grow after one in which a point ran off its face: chosen."""
+
+_OUTRUN = 3.0
+"""Motion of the blocks in a step, over that by a tangent, from which it may be a leap [-]: chosen."""
+
+_MOVED = 1e-7
+"""Motion of the blocks, of the median block size, below which no step is a leap [-]: chosen."""
+
+_ASIDE = 0.3
+"""Distance of a step's end from where it was going, of its motion, that may hide a fall [-]: chosen."""
+
+_DEPARTS = 0.1
+"""Departure of the multiplier from its extrapolation that may hide a fall, of ``Steps.smooth`` [-]: chosen."""
+
+MISSED = 2e-3
+"""Fall behind which nothing is looked for, and rise that may hide one, of the largest load [-]: as ``DROP``."""
+
+_UNSEEN = 1e-3
+"""Rise to a jump that may be left unseen, of the largest load [-]: chosen."""
+
+DROP_OF_SOFTENING = 0.2
+"""Fall that ends a path whose joints lose strength, of the largest load [-]: others may take over, chosen."""
 
 
 @dataclass
 class JudgedPath:
-    """A path on its way, see :func:`limitmason.capacity.path.follow`, and what its steps must not do."""
+    """A path on its way, see :func:`limitmason.capacity.path.follow`, and what its steps must not do.
+
+    A judge takes a try ``a`` of a step and says ACCEPTED where it has nothing against it. Otherwise it sets
+    ``advance``, the length of the next try, and says SHORTER, or says how the path ends. Loads are multipliers [-],
+    times ``toward`` where they count as positive in the sense of the push.
+    """
 
     generations: Generations
-    nodes: list[Node]
-    to: float | None
-    ratio: float
+    nodes: list[Node]  # of the path so far, those of the path that it goes on from first
+    to: float | None  # control displacement at its end [m]; None for its first limit point
+    ratio: float  # work of the live loads per control displacement, at first [N]
     steps: Steps
     say: Callable[[str], None]
-    loading: bool
+    loading: bool  # whether loads are pushed up; False where a support moves
     warnings: list[str] = field(default_factory=list)
     phase: Phase = Phase.RISING
-    bound: float = np.inf  # steps that were seen to leap over the largest load
+    bound: float = np.inf  # length that steps which were seen to leap over the largest load must not have again [m]
     again: bool = False  # whether this step is tried again, shorter
     failures: int = 0  # of this step to be found
     passed: bool = False  # a limit point, by this step
@@ -60,15 +93,18 @@ class JudgedPath:
     def __post_init__(self) -> None:
         """Where the path begins and ends, and its first step."""
         system = self.generations.systems[0]
-        self.begin = len(self.nodes) - 1
+        self.begin = len(self.nodes) - 1  # number of its first node
         self.origin = self.nodes[self.begin]
+        # signs of the control displacement, and of the load that grows along it
         self.sense, self.toward = senses(self.origin.control, self.to, self.ratio)
         self.end = self.origin.control + self.sense * FARTHEST * system.size if self.to is None else self.to
+        # lengths of steps [m]: the most, the least, the next one, and the last before a limit point was closed in on
         self.longest = self.steps.largest * system.size
         self.shortest = _SHORTEST * system.length
         self.advance = self.coarse = self.steps.first * system.length
 
     def _stopped(self, last: Node, why: str, end: PathEnd = PathEnd.STOPPED) -> PathEnd:
+        """How the path ends, with a warning of where, at its ``last`` state, and why."""
         self.warnings.append(f"the path stops at {last.control:.4g} m, lambda {last.multiplier:.5g}: {why}")
         return end
 
@@ -82,6 +118,7 @@ class JudgedPath:
         return StepOutcome.ACCEPTED
 
     def _largest(self) -> float:
+        """Size of the largest load so far [-]."""
         return max(abs(n.multiplier) for n in self.nodes[self.begin :])
 
     def _leaps(self, a: Try) -> StepOutcome:
@@ -115,18 +152,22 @@ class JudgedPath:
         before, largest = self.nodes[-2], self._largest()
         fell = self.toward * (before.multiplier - a.last.multiplier)
         rose = self.toward * (a.new.multiplier - a.last.multiplier)
-        # as low as it comes if it goes on to fall as it fell
         moved = abs(a.last.control - before.control)
         if moved == 0.0:
+            # two samples at one displacement, as where points break: no slope goes through them
             return StepOutcome.ACCEPTED
-        on = fell * abs(a.new.control - a.last.control) / moved
+        # falls from the largest load, over it: at each sample, the deepest after it, and as low as the load comes in
+        # this step if it goes on to fall as it fell
         below = 1.0 - self.toward * np.array([n.multiplier for n in self.nodes[self.begin :]]) / largest
-        known, lowest = float(below[int(np.argmin(below)) :].max()), float(below[-1]) + on / largest
+        known = float(below[int(np.argmin(below)) :].max())
+        on = fell * abs(a.new.control - a.last.control) / moved
+        lowest = float(below[-1]) + on / largest
         # a first limit point is passed by a first fall, a path of joints that soften ends by a larger one
         may_end = known <= DROP < lowest or lowest > (DROP if a.system.law.softening is None else DROP_OF_SOFTENING)
         if not may_end or min(fell, rose) <= LEVEL * largest or a.last.jump or a.last.broken is not None:
             return StepOutcome.ACCEPTED
         if max(fell, rose) <= self.steps.peak * largest or self.rounds >= ROUNDS:
+            # known to the width, or given up
             self.rounds, self.bound = 0, np.inf
             return StepOutcome.ACCEPTED
         self.rounds += 1
@@ -148,15 +189,18 @@ class JudgedPath:
         rose = self.toward * (a.new.multiplier - self.nodes[-1].multiplier)
         first = self._begins_with(a)
         self.steepest = max(self.steepest, first / abs(move))
+        # a load that falls at its end hides nothing; to fall by DROP and come up again it has to be steep enough
         if rose < 0.0 or self.steepest * abs(move) - rose <= 2.0 * DROP * largest:
             return StepOutcome.ACCEPTED
+        # what the slope at its end comes to over the step, and a fall of half of what counts
         last, falls = self.toward * self.generations.rise(a.new, a.last, move), -0.5 * DROP * largest
-        off = abs(a.new.multiplier - a.guess[1]) > 0.1 * self.steps.smooth * largest
+        off = abs(a.new.multiplier - a.guess[1]) > _DEPARTS * self.steps.smooth * largest
         hides = min(first, last) < falls or (
             off and first > MISSED * largest and may_have_fallen(first, rose + LEVEL * largest, last)
         )
         if off and not hides:
             # joints whose slip turns stick meanwhile: by their springs the load rises, and falls, and no tangent tells
+            # motion [m] from where the step was going to its end, and from where it began
             aside, went = (a.system.far(pose, a.new.pose) for pose in (a.guess[0], a.last.pose))
             hides = aside > _ASIDE * went
         if not hides:
@@ -179,6 +223,7 @@ class JudgedPath:
             return StepOutcome.ACCEPTED
         largest, move = max(self._largest(), abs(a.new.multiplier), 1e-300), a.new.control - a.last.control
         if abs(a.new.multiplier - a.guess[1]) <= self.steps.peak * largest:
+            # as straight as it was foretold
             return StepOutcome.ACCEPTED
         rose = self.toward * (a.new.multiplier - a.last.multiplier)
         first, last = self._begins_with(a), self.toward * self.generations.rise(a.new, a.last, move)
@@ -188,6 +233,7 @@ class JudgedPath:
         if last < 0.0 < first:
             return StepOutcome.ACCEPTED  # a limit point, which is closed in on
         off, share = bend(first, rose, last)
+        # the same in displacement, by the mean slope, over the displacement so far [-]
         aside = off * abs(move) / max(abs(rose) * abs(a.new.control - self.origin.control), 1e-300)
         if off <= self.steps.peak * largest or not aside > self.steps.straight:
             return StepOutcome.ACCEPTED
@@ -199,6 +245,7 @@ class JudgedPath:
         """A step in which points open, land, stick or run off by more than is found at its end."""
         if a.new.jump or a.due is not None:
             return StepOutcome.ACCEPTED
+        # shares of the step in which each of these stays within bounds
         made, size = self.generations, a.system.size
         off = made.until_off(a.last, a.new)
         share = min(
@@ -219,9 +266,11 @@ class JudgedPath:
         """
         if a.new.jump or a.last.jump or a.due is not None or a.guess is None:
             return StepOutcome.ACCEPTED  # the tangent of joints that a jump has unloaded foretells little
+        # motion [m] of the blocks in the step, and as it was extrapolated
         went, told = (a.system.far(a.last.pose, pose) for pose in (a.new.pose, a.guess[0]))
         if went <= max(_OUTRUN * told, _MOVED * a.system.size):
             return StepOutcome.ACCEPTED
+        # the same by the tangents at both ends
         first, last = self.generations.paces(self.nodes[-1], self._before(), a.new)
         if went <= _OUTRUN * first:
             return StepOutcome.ACCEPTED
@@ -244,8 +293,11 @@ class JudgedPath:
         return True
 
     def _makes_energy(self, a: Try) -> StepOutcome | PathEnd:
-        """A step that loses energy is a jump; one that makes some is none."""
-        over = 0.0 if a.new.jump else self.generations.energy(a.last, a.new)
+        """A step that loses energy is a jump; one that makes some is refused.
+
+        Either is halved first, as energy may be left over by the length of the step alone.
+        """
+        over = 0.0 if a.new.jump else self.generations.energy(a.last, a.new)  # over its gross work [-]
         if abs(over) <= self.steps.energy:
             return StepOutcome.ACCEPTED
         self.near = a if over > 0.0 else self.near
@@ -263,7 +315,7 @@ class JudgedPath:
         return a
 
     def _keeps_bonds(self, a: Try) -> StepOutcome | PathEnd:
-        """Open joints that still bear their bond end a path."""
+        """Open joints that still bear their bond end a path: the law does not say when such a bond is gone."""
         bonded = self.generations.bonded(a.new)
         if not bonded:
             return StepOutcome.ACCEPTED
@@ -278,9 +330,11 @@ class JudgedPath:
             return StepOutcome.ACCEPTED
         new = a.new._replace(handed=self.generations.handed(self.nodes[-1], a.last, a.new, self.toward))
         made = [*self.nodes[self.begin :], new]
-        loads = self.toward * np.array([n.multiplier for n in made])
-        pushed, loads = float(loads.max()), loads + handed_over(self.toward, made)
-        before, after = loads[-2:] - (1.0 - DROP_OF_SOFTENING) * pushed
+        pushing = self.toward * np.array([n.multiplier for n in made])
+        pushed = float(pushing.max())
+        # what contacts found anew took off is no fall of the structure's own load
+        own = pushing + handed_over(self.toward, made)
+        before, after = own[-2:] - (1.0 - DROP_OF_SOFTENING) * pushed
         width = self.steps.peak * pushed
         if not before > 0.0 > after + width or a.move <= self.shortest or self.closer >= ROUNDS:
             return StepOutcome.ACCEPTED

@@ -14,7 +14,11 @@ from limitmason.capacity.program import solve_step
 from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.law import BELOW_THE_APEX
 
-PROGRAMS = 7  # most of them for a step: three plain, four with a proximal term
+PROGRAMS = 7
+"""Cone programs for a step at most: ``_PLAIN`` and then four with a proximal term, chosen."""
+
+_PLAIN = 3
+"""Programs of a step without a proximal term; Newton's method is tried from the last of them on: chosen."""
 
 MANY, MANY_BY_DESCENT = 200, 500
 """Contact points from which an interior path, and from which descent, costs less than programs."""
@@ -22,45 +26,56 @@ MANY, MANY_BY_DESCENT = 200, 500
 SHORT = 10.0
 """Elastic lengths of a step of many points in plane that is halved no further before it may be a jump."""
 
-PROXIMAL = 1e-4  # block weights per elastic length, of the program against the motion it makes
-_NEAR = 0.3  # block weights: unbalance from which Newton takes over
-_FALLS = 0.5  # of a block: motion through viscous sub-steps after which there is no state near
-_QUIET = 1e-5  # block weights: largest viscous force at the end of a jump
+PROXIMAL = 1e-4
+"""Viscosity of a program against the motion that it makes, in block weights per elastic length: chosen."""
+
+_NEAR = 0.3
+"""Unbalance in block weights below which Newton's method takes over from programs: chosen."""
+
+_FALLS = 0.5
+"""Motion through viscous sub-steps, in blocks, after which there is no state near: chosen."""
+
+_QUIET = 1e-5
+"""Largest viscous force at the end of a jump, in block weights: chosen."""
+
+_FIRST_ETA = 0.02
+"""Viscosity with which a jump of up to an elastic length begins, in block weights per elastic length: chosen."""
+
+_LANDING_ETA = 1e-2
+"""Viscosity with which blocks come down on each other under the dead load, in the same unit: chosen."""
+
+_THINNER, _THICKER, _THICKEST = 0.2, 10.0, 10.0
+"""Factors of the viscosity after a sub-step that was found, and after one that was not, and the most of it: chosen."""
+
+_SUB_STEPS = 60
+"""Viscous sub-steps of a jump at most: chosen."""
 
 
 class Onward(NamedTuple):
-    """History and forces [N] of the contacts found anew in a node's pose, and their generation.
-
-    ``before`` are their numbers among the node's own points, -1 for new ones.
-    """
+    """The contacts found anew in a node's pose, with which the path goes on."""
 
     generation: int
     history: PlasticHistory
-    force: Array
-    before: Index
+    force: Array  # [N], (m, c)
+    before: Index  # their numbers among the node's own points, -1 for new ones, (m,)
 
 
 class Node(NamedTuple):
-    """A converged state of the path: pose, history, multiplier, control displacement [m], forces [N].
-
-    ``generation`` is that of its contacts; ``onward`` those with which the path goes on, where they were found anew;
-    ``looked`` the pose in which they were last looked for; ``broken`` the points that broke on the way to it;
-    ``handed`` what contacts that were found anew at its start took off its load [-].
-    """
+    """A converged state of the path."""
 
     pose: Pose
     history: PlasticHistory
-    multiplier: float
-    control: float
-    force: Array  # (m, c)
-    jump: bool = False
-    programs: int = 0
-    iterations: int = 0
-    generation: int = 0
-    onward: Onward | None = None
-    looked: Pose | None = None
-    broken: Index | None = None
-    handed: float = 0.0
+    multiplier: float  # of the live load [-]
+    control: float  # control displacement [m]
+    force: Array  # of the contact points [N], (m, c)
+    jump: bool = False  # whether no states led to it
+    programs: int = 0  # cone programs that it took
+    iterations: int = 0  # of Newton's method
+    generation: int = 0  # of its contacts
+    onward: Onward | None = None  # contacts with which the path goes on, where they were found anew
+    looked: Pose | None = None  # in which contacts were last looked for
+    broken: Index | None = None  # numbers of the points that broke on the way to it
+    handed: float = 0.0  # what contacts that were found anew at its start took off its load [-]
 
 
 def node_of(system: System, solved: newton.Solved, jump: bool = False, programs: int = 0) -> Node:
@@ -95,7 +110,7 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     if found is not None:
         return node_of(system, found[0], programs=found[1])
     # blocks that first have to come down on each other, through gaps
-    return quieted(system, pose, old, target, 0.0, None, ratio, 1e-2)
+    return quieted(system, pose, old, target, 0.0, None, ratio, _LANDING_ETA)
 
 
 def step(
@@ -109,7 +124,9 @@ def step(
 
     Parameters
     ----------
-    guess : extrapolated pose and multiplier
+    node : to begin from, with its history
+    target : control displacement [m]
+    guess : extrapolated pose and multiplier; None without any, which leaves Newton's method out
     ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
     """
     start, load = guess if guess is not None else (node.pose, node.multiplier)
@@ -170,6 +187,7 @@ def _by_interior_path(system: System) -> bool:
 
 
 def _falls(system: System) -> bool:
+    """Whether the strength of any joint falls over a length."""
     softening = system.law.softening
     return softening is not None and any(bool((rate > 0.0).any()) for rate in softening.gradual)
 
@@ -200,7 +218,7 @@ def by_programs(
         elastic = trial(system.law, old, now.contact.displacement) * area
         advance = None if target is None else (target - system.controlled(now.pose)) * ratio
         # without geometric stiffness free motions swing to and fro; a proximal term, gone at the end, damps them
-        proximal = viscosity == 0.0 and k > 3
+        proximal = viscosity == 0.0 and k > _PLAIN
         eta, since = (PROXIMAL, None) if proximal else (viscosity, done if viscosity > 0.0 else None)
         found = solve_step(system, now, old, elastic, normal, advance, multiplier, eta, since)
         if found is None:
@@ -211,7 +229,7 @@ def by_programs(
         unbalance = float(np.abs(now.residual - viscosity * done).max(initial=0.0))
         if not np.isfinite(unbalance):
             return None
-        if unbalance < _NEAR or k >= 3:
+        if unbalance < _NEAR or k >= _PLAIN:
             solved = newton.solve(system, now.pose, multiplier, old, target, viscosity=viscosity, origin=done)
             if solved is not None:
                 return solved, k
@@ -223,8 +241,15 @@ def jump(system: System, node: Node, target: float, ratio: float) -> Node | None
 
     Every sub-step ends with its history committed; eta is lowered until the viscous force is below 1e-5 of a block
     weight, then Newton finishes without it.
+
+    Parameters
+    ----------
+    node : to begin from
+    target : control displacement [m]
+    ratio : work of the live load per control displacement [N]
     """
-    eta = 0.02 / max(abs(target - node.control) / system.length, 1.0)
+    # a long jump begins with less, so that its viscous force is of the same size
+    eta = _FIRST_ETA / max(abs(target - node.control) / system.length, 1.0)
     return quieted(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio, eta)
 
 
@@ -239,15 +264,16 @@ def quieted(
 
     Parameters
     ----------
+    pose, history : to begin from
     commit : the history that is kept of a sub-step, from the one before and its state; as it came by default
     target : control displacement that is held [m], None to keep the multiplier
     multiplier : its first value [-]
     normal : forces at which the programs' friction is frozen at first [N]; None for those of the pose
     ratio : work of the live load per control displacement [N]
-    eta : the first viscosity in own units
+    eta : the first viscosity [block weights per elastic length]
     """
-    total, begin = 0, pose.shift
-    for _ in range(60):
+    total, begin = 0, pose.shift  # programs so far, and where the blocks were
+    for _ in range(_SUB_STEPS):
         # descent before programs where these do badly (see `descent_first`); Newton would find no state near
         found = None
         for way in _ways(system, True) if descent_first(system) else ():
@@ -259,8 +285,8 @@ def quieted(
         total += PROGRAMS if found is None else found[1]
         if found is None:
             # no state with so little viscosity: more of it
-            eta *= 10.0
-            if eta > 10.0:
+            eta *= _THICKER
+            if eta > _THICKEST:
                 return None
             continue
         state = found[0].state
@@ -272,14 +298,13 @@ def quieted(
             last = newton.solve(system, pose, multiplier, history, target)
             if last is not None:
                 return node_of(system, last, jump=True, programs=total)
-        # what was left over is the viscous force: with a fifth of the viscosity it is less
-        eta *= 0.2
+        # what was left over is the viscous force: with less viscosity it is less
+        eta *= _THINNER
     return None
 
 
 def handed_over(toward: float, nodes: Sequence[Node]) -> Array:
-    """Load that the structure has lost at every node because contacts were found anew, and not regained [-], shape
-    (n,).
+    """Load that contacts found anew took off and that is not regained, at every node [-], shape (n,).
 
     It is no fall of the structure's own load.
 
