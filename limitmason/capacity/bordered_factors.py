@@ -11,10 +11,14 @@ from scipy.sparse.linalg import SuperLU
 from limitmason.arrays import Array, Index
 from limitmason.multifrontal.unsymmetric import UnsymmetricFronts
 
-# of a right side: what a solution may leave over; and what it may where corrections come no nearer. Chosen: Newton's
-# method, which asks for the solutions, corrects what is left
-_LEFT, ROUNDED = 1e-9, 1e-4
-_CORRECTIONS = 4  # solutions by fronts at most
+_LEFT = 1e-9
+"""Part of a right side that a solution may leave over [-]: chosen, as Newton's method corrects what is left."""
+
+ROUNDED = 1e-4
+"""The same where corrections come no nearer [-]: chosen."""
+
+_CORRECTIONS = 4
+"""Solutions by fronts at most: chosen."""
 
 
 class FrontFactors(NamedTuple):
@@ -56,6 +60,7 @@ class FrontFactors(NamedTuple):
             found = found + self.fronts.solve(self.store, self.exchanged, off)
             off = right - self.matrix @ found
             before, left = left, float(np.abs(off).max(initial=0.0))
+            # near enough, or no longer half of what it was
             if left <= _LEFT * most or left > 0.5 * before:
                 break
         return found, left

@@ -25,8 +25,14 @@ WANDERED = 0.1
 """Slip over the size of a joint from which a point that is not found anew is no longer where it was [-]."""
 
 
-NEARLY, WITHIN, FLAT = 0.98, 1e-3, 0.02
-"""Share of the first limit load, and width in it, over which the displacement moves by more than a share: told [-]."""
+NEARLY = 0.98
+"""Part of the first limit load whose displacement is looked at [-]: chosen."""
+
+WITHIN = 1e-3
+"""Width about it, of the load, over which the displacement may change little [-]: chosen."""
+
+FLAT = 0.02
+"""Part of the displacement by which it may change over that width without a warning [-]: chosen."""
 
 
 def certified_curve(

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-_BISECTIONS = 50  # most steps towards a root: 50 halvings alone come to rounding
+_BISECTIONS = 50
+"""Steps towards a root at most: 50 halvings alone come to rounding."""
 
 
 @njit(cache=True, error_model="numpy")
@@ -175,12 +176,14 @@ def freed(
     inverse, _, tangent, off, cone_off, lacks = linear
     m, c = len(cone), len(axes)
     opened, right, lack = np.zeros(m), np.empty(c), np.empty(c)
+    # what each pair of spare strength and opening lacks of the product, with both unknowns moved
     for r in range(len(row)):
         pair = aim - spare[r] * given[r]
         if second:
             pair -= first[3][r] * first[4][r]
         gap[r] = (pair + given[r] * lacks[r]) / spare[r]
         opened[row[r]] += sign[r] * gap[r]
+    # the same of the cone of friction and the slip; then the forces that the displacements left over ask for
     for k in range(m):
         x = 0.0
         for j in range(c):

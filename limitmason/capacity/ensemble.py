@@ -102,8 +102,9 @@ def imperfection_ensemble(
 ) -> Ensemble:
     """Capacity curves of a structure whose joints have random gaps.
 
-    Every joint is open by a plane over its face, g (u0 + u1 x + u2 y) less its least value, with u uniform in -1 .. 1
-    and x, y over half the extent of the face: faces are flat and do not quite fit. Blocks settle under the dead load.
+    Every joint is open by a plane over its face, g (max(u0, 0) + u1 x + u2 y) plus g times the largest |u1 x + u2 y|,
+    so that no point overlaps. Each u is uniform in -1 .. 1, and x, y are over half the extent of the face: faces are
+    flat and do not quite fit. Blocks settle under the dead load.
     The first loss of equilibrium is the first load that, once it falls, is not carried again within ten gaps: blocks
     that come down through their gaps let it fall and recover on the way. With points at the corners alone a block that
     rests on one of them turns about it at next to no load: take contact_model="grid".
@@ -175,10 +176,15 @@ def first_loss(displacement: Array, load: Array, within: float) -> float:
 
 
 def _planes(assembly: Assembly, points: ContactPoints, rng: np.random.Generator) -> Array:
-    """Openings of the points by a random plane per joint, least 0 [-], shape (m,).
+    """Openings of the points by a random plane per joint, none negative, over the gap g [-], shape (m,).
 
     A plane is a uniform opening, cut at 0 so that about half of the joints have none, and two tilts, each drawn from
     -1 to 1 over half the joint.
+
+    Parameters
+    ----------
+    points : contact points, those of one joint one after another
+    rng : random numbers, three for every joint of the assembly
     """
     x = assembly.arrays
     out = np.zeros(points.count)
@@ -188,6 +194,7 @@ def _planes(assembly: Assembly, points: ContactPoints, rng: np.random.Generator)
         k = int(points.interface[rows[0]])
         from_centre = points.position[rows] - x.centre[k]
         along = np.stack([from_centre @ x.tangent_1[k], from_centre @ x.tangent_2[k]], axis=1)
+        # over half the joint's extent; along a side on which all points lie at the centre there is no tilt
         along = along / np.maximum(np.abs(along).max(axis=0), 1e-12 + 1e-9 * np.abs(along).max())
         out[rows] = np.maximum(draws[k, 0], 0.0) + along @ draws[k, 1:] + np.abs(along @ draws[k, 1:]).max()
     return out

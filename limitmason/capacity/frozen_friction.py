@@ -23,14 +23,32 @@ ITERATIONS = 60  # most of a step
 DAMPING = 3e-3
 """Of a motion, in block weights per elastic length, for an unbalance of one block weight [-]."""
 
-_MOST = 0.1  # damping, however large the unbalance is
-_NEAR = 0.3  # block weights: unbalance from which Newton on the true law is tried
-_NEARER = 0.3  # of the unbalance of the last try: from which it is tried again
-_AGAIN = 6  # iterations after which it is tried again all the same
-_FINISH = 5  # full steps of such a try
-_SLOPE = 0.2  # of the slope at the start of a line search: small enough
-_TRIES = 8  # of a line search
-_INNER = 0.05  # least part of the bracket that a line search leaves on either side
+_MOST = 0.1
+"""Damping at most, however large the unbalance is, in block weights per elastic length."""
+
+_NEAR = 0.3
+"""Unbalance in block weights below which Newton's method on the true law is tried."""
+
+_NEARER = 0.3
+"""Part of the unbalance of the last such try below which it is tried again [-]."""
+
+_AGAIN = 6
+"""Iterations after which it is tried again all the same."""
+
+_FINISH = 5
+"""Full steps of such a try at most."""
+
+_SLOPE = 0.2
+"""Part of the slope at the start of a line search that is small enough at its end [-]."""
+
+_TRIES = 8
+"""Tries of a line search at most."""
+
+_INNER = 0.05
+"""Least part of the bracket that a line search leaves on either side [-]."""
+
+_ARRIVED = 1e-6
+"""Way of the control that is still to go, over the step, below which the control is where it should be [-]."""
 
 
 def solve(
@@ -91,7 +109,7 @@ def solve(
         multiplier += float(step[-1])
         # while the control still moves there is no potential to go down on: the whole step is made
         share = 1.0
-        if abs(missing) < 1e-6 * max(1.0, float(np.abs(step[:-1]).max(initial=0.0))):
+        if abs(missing) < _ARRIVED * max(1.0, float(np.abs(step[:-1]).max(initial=0.0))):
             share = _lowest(system, law, old, now, step[:-1], multiplier, viscosity, done)
         done += share * step[:-1]
         now = system.evaluate(system.advanced(now.pose, share * step[:-1]), old, multiplier)
@@ -136,6 +154,7 @@ def _lowest(
     low, high, at_low, at_high = 0.0, 1.0, slope(0.0), slope(1.0)
     if at_low >= 0.0:  # geometry may point it uphill
         return 1.0
+    # by the secant of the slopes at both ends of a bracket, kept away from these
     enough, share, at = _SLOPE * abs(at_low), 1.0, at_high
     for _ in range(_TRIES):
         if abs(at) <= enough or (share == 1.0 and at <= 0.0):

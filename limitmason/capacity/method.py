@@ -153,6 +153,7 @@ def _sheared(
     Parameters
     ----------
     settings : options of :func:`limitmason.pushover`, of which "stiffness" goes before the joints' own
+    factor : of every ks [-]
     """
     given = settings.get("stiffness")
     if given is not None:
@@ -161,6 +162,7 @@ def _sheared(
     standard = default_stiffness(assembly, loads.dead)
 
     def other(joint: Joint) -> Joint:
+        """A joint with the stiffnesses that a path takes for it, the shear stiffness times the factor."""
         kn = joint.normal_stiffness or standard
         ks = kn if joint.shear_stiffness is None else joint.shear_stiffness
         return replace(joint, normal_stiffness=kn, shear_stiffness=factor * ks)

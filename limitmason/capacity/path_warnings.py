@@ -44,10 +44,20 @@ LEVEL = 0.05
 """Spread of that displacement from which it is told [-]; it is 2 % on a straight line."""
 
 # chosen, not derived: far from both what rounding leaves and what would change a warning
-_AT_END, _BEARS = 1e-3, 1e-2  # of the width of a joint, and of what it bears: a point that lies, or bears, inside
-_ENDLESS = 1e3  # times the largest load from which no number is told: it is next to infinite
-_NEUTRAL = 1e-3  # of the elastic length over the size of a block: stiffness of motions that nothing drives or holds
-_FAR = 1e6  # advance of the live load that outweighs what elastic forces cost, in block weights times elastic lengths
+_AT_END = 1e-3
+"""Part of the width of a joint within which a point lies at its end [-]."""
+
+_BEARS = 1e-2
+"""Part of what a joint bears up to which its points inside bear nothing [-]."""
+
+_ENDLESS = 1e3
+"""Times the largest load from which no number is told: it is next to infinite."""
+
+_NEUTRAL = 1e-3
+"""Stiffness of motions that nothing drives or holds, over that of the elastic length over the size of a block [-]."""
+
+_FAR = 1e6
+"""Advance of the live load that outweighs what elastic forces cost, in block weights times elastic lengths."""
 
 
 def stiffness_warnings(assembly: Assembly, points: ContactPoints, named: Flags) -> list[str]:
@@ -55,6 +65,7 @@ def stiffness_warnings(assembly: Assembly, points: ContactPoints, named: Flags) 
 
     Parameters
     ----------
+    points : contact points of the reference pose
     named : interfaces whose stiffness was given, shape (k,)
     """
     times = second_moment_ratio(assembly, points)[named[np.unique(points.interface)]]
@@ -201,6 +212,7 @@ def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
     load = np.array([n.multiplier for n in nodes])
     way = np.array([n.control for n in nodes])
     top = int(np.abs(load).argmax())
+    # the load still rises at the end, or there is none
     if top + 1 >= len(nodes) or load[top] == 0.0:
         return 0.0
     node, after = nodes[top], nodes[top + 1]
@@ -209,6 +221,7 @@ def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
     motion = motion_between(node.pose, after.pose)
     power = float((s.loads.wrench_at("live", node.pose.turn) * motion[:, :6]).sum())
     advance = abs(after.control - node.control)
+    # the motion after the largest load is no mechanism of this load
     if power * load[top] <= 0.0 or advance == 0.0:
         return 0.0
     shift = 0.0  # sum of N times the turn times x / 3 at a turn of one step, per step
@@ -221,8 +234,8 @@ def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
         spin = spin - (spin @ normal) * normal  # what turns about the normal opens nothing
         rate = float(np.linalg.norm(spin))
         if pressed <= 0.0 or rate == 0.0:
-            continue
-        axis = np.cross(normal, spin / rate)
+            continue  # a joint without pressure, or that does not turn, has no edge to give way at
+        axis = np.cross(normal, spin / rate)  # in the face, square to the edge
         across, place = s.assembly.interfaces[k].polygon @ axis, p.place_b[rows] @ axis
         to_end = np.minimum(place - place.min(), place.max() - place) / float(np.ptp(across))
         per_length = p.kn[rows[0]] * s.assembly.arrays.area[k] / float(np.ptp(across))

@@ -14,7 +14,8 @@ OPENING, SLIP, CRUSHING = "opening", "slip", "crushing"
 CRITERIA = (OPENING, SLIP, CRUSHING)
 """What a joint point can fail by: N = -ft, |T| = c + tan(phi) N, N = fc."""
 
-_ALONG = 1e-14  # of the squares, some units in the last place: the line runs along the cone
+_ALONG = 1e-14
+"""Part of the squares by which they may differ where a line runs along the cone [-]: some units in the last place."""
 
 
 def point_range(criterion: str, law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
@@ -77,6 +78,7 @@ def _in_cone(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
 
     Parameters
     ----------
+    law : strengths of the points [Pa]
     dead, live : stresses at multiplier 0 and per multiplier, (N, T...) [Pa], shape (m, c)
 
     Returns

@@ -26,6 +26,9 @@ MANY, MANY_BY_DESCENT = 200, 500
 SHORT = 10.0
 """Elastic lengths of a step of many points in plane that is halved no further before it may be a jump."""
 
+_PATIENT, _MANY_PATIENT, _LONG_PATIENT = 2, 3, 8
+"""Failures of a step of few points, of many, and of a long one on an interior path, see :func:`patience`: chosen."""
+
 PROXIMAL = 1e-4
 """Viscosity of a program against the motion that it makes, in block weights per elastic length: chosen."""
 
@@ -177,8 +180,8 @@ def patience(system: System, move: float) -> int:
     Steps of a few elastic lengths come to a turning point and no further.
     """
     if not descent_first(system):
-        return 2
-    return 8 if _by_interior_path(system) and move > SHORT * system.length else 3
+        return _PATIENT
+    return _LONG_PATIENT if _by_interior_path(system) and move > SHORT * system.length else _MANY_PATIENT
 
 
 def _by_interior_path(system: System) -> bool:

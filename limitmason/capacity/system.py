@@ -62,7 +62,8 @@ class System:
     bodies, law : contact points and what they carry
     loads : dead and live, on the degrees of freedom
     control : weights of the rigid degrees of freedom in the control displacement, shape (n, d - k)
-    weight, size, length : units of force [N], of arms [m] and of displacement [m], the elastic one
+    weight, size, length : units of force [N], of arms [m] and of displacement [m]: mean weight of a block, its median
+        size, and the elastic length
     springs : stiffness of the shapes' coordinates [N/m], shape (n, k); 0 where a block has none
     ties : rods between blocks that are rigid
     """
@@ -71,16 +72,7 @@ class System:
         self, bodies: ContactGeometry, law: ElastoplasticLaw, loads: PathLoads, control: Array, weight: float,
         size: float, length: float, springs: Array, ties: TieSprings = NO_TIES,
     ) -> None:
-        """Number the free degrees of freedom and make the pattern of the bordered tangent.
-
-        Parameters
-        ----------
-        loads : on the degrees of freedom
-        control : row of the control displacement, shape (n, d)
-        weight, size, length : mean weight of a block [N], its size [m] and an elastic displacement [m], the units of
-            the equations
-        springs : stiffness of every shape of the blocks [N/m], shape (n, k)
-        """
+        """Number the free degrees of freedom and make the pattern of the bordered tangent."""
         self.loads, self.control = loads, np.hstack([control, np.zeros_like(springs)])
         self.bodies, self.law, self.springs, self.ties = bodies, law, springs, ties
         self.weight, self.size, self.length = weight, size, length
@@ -88,7 +80,7 @@ class System:
         self.order = int(free.sum())
         number = np.full(free.shape, -1, np.intp)
         number[free] = np.arange(self.order)
-        turns = np.abs(bodies.basis[3:6]).max(axis=0) > 0.5
+        turns = np.abs(bodies.basis[3:6]).max(axis=0) > 0.5  # of a basis of unit vectors: turns, and not shifts
         self.row_scale = np.where(turns, 1.0 / (weight * size), 1.0 / weight)
         self.motion_scale = np.where(turns, self.length / size, self.length)
         self.control_own = (self.control * self.motion_scale)[free] / self.length
@@ -203,15 +195,15 @@ class System:
         return np.asarray(-self.springs_own * motion[self.bodies.free] / self.length)
 
     def controlled(self, pose: Pose) -> float:
-        """The control displacement of a pose [m].
-
-        Only shifts count.
-        """
+        """The control displacement of a pose [m]; only shifts count."""
         shift = pose.shift @ self.bodies.basis[:3]
         return float((self.control * shift).sum())
 
     def far(self, before: Pose, after: Pose) -> float:
-        """How far all free blocks move from one pose to another, turns by arms of the size of a block [m]."""
+        """How far all free blocks move from one pose to another, root of the sum of squares [m].
+
+        Turns count by arms of the size of a block.
+        """
         own = motion_between(before, after) @ self.bodies.basis * (self.length / self.motion_scale)
         return float(np.linalg.norm(own[self.bodies.free]))
 
@@ -236,6 +228,11 @@ class System:
         """Factors of the tangent, bordered by the control row, or by lambda = constant ("multiplier").
 
         Unknowns: motion and multiplier in own units; equations: equilibrium, and what is prescribed.
+
+        Parameters
+        ----------
+        prescribed : "control" or "multiplier", which is kept
+        viscosity : eta of a viscous force in own units, one or of every unknown
         """
         return self._factored(self.tangent(at, prescribed, viscosity))
 

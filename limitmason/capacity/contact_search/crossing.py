@@ -21,7 +21,13 @@ from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
 
 _PARALLEL = 0.02
-"""Sine of the angle of two sides below which they are taken to run beside each other [-]."""
+"""Sine of the angle of two sides below which they are taken to run beside each other [-]: chosen."""
+
+_ONE_PLACE = 1e-2
+"""Part of an overshoot, or of the near gap, within which two places of the reference pose are one [-]: chosen."""
+
+_SLID = 1e-9
+"""Part of a block's size that two blocks must have slid for it to count as a slide [-]: rounding."""
 
 
 class Crossings(NamedTuple):
@@ -224,13 +230,22 @@ def candidate_contacts(shapes: Shapes, pose: Pose, since: Pose, depth: float, *,
 
 
 def known(shapes: Shapes, c: PathContacts, near: Near) -> Flags:
-    """Which corners at faces are a point already, or lay together in the reference pose without being one, (k,)."""
+    """Which of k corners at faces are a point already, or lay together in the reference pose without being one, (k,).
+
+    Parameters
+    ----------
+    c : points that are there
+    near : corners at faces in a pose
+    """
     present = shapes.code(c.corner, c.face)[c.face >= 0]
     return np.isin(shapes.code(near.corner, near.face), np.concatenate([present, shapes.strangers]))
 
 
 def looking(shapes: Shapes, pose: Pose, near: Near) -> Array:
-    """Cosine between the normals of both faces of a contact, -1 where they lie on each other; rounding left out."""
+    """Cosine between the normals of both faces of contacts, -1 where they lie on each other, shape (k,).
+
+    It is rounded to six decimals, so that contacts that are alike stay so.
+    """
     crosses = is_crossing(shapes, near)
     p, q = _sides(shapes, np.where(crosses, near.corner, 0))
     # a crossing is on the faces of its two sides, a corner on its own and the one it lies at
@@ -251,7 +266,7 @@ def edges_of(shapes: Shapes, c: PathContacts | Near) -> Index:
 
 def _edges(shapes: Shapes) -> Index:
     """Number of every side's edge: two faces that meet there have one each, in opposite senses."""
-    x, near = shapes.corner_place, 1e-2 * shapes.step
+    x, near = shapes.corner_place, _ONE_PLACE * shapes.step
     ends = np.round((x + x[following(shapes)]) / near)
     # the middle tells edges of a convex part from each other
     rows = np.column_stack([shapes.owner, ends]).astype(np.int64)
@@ -271,7 +286,7 @@ def carried_by_first(shapes: Shapes, found: Crossings, before: Pose, now: Pose) 
     before : pose from which the last motion counts; where nothing slid the point stays with the firmer block
     """
     (p, q), owner = found.side, shapes.owner
-    moved = []
+    moved = []  # way of the point of either side since then [m], shape (k, 3) each
     for block, place in ((owner[p], found.place[0]), (owner[q], found.place[1])):
         arm = place - shapes.assembly.centroids[block]
         moved.append(now.shift[block] - before.shift[block] + turned(now, block, arm) - turned(before, block, arm))
@@ -280,12 +295,18 @@ def carried_by_first(shapes: Shapes, found: Crossings, before: Pose, now: Pose) 
     cosine = np.einsum("ij,ij->i", u, v)
     on_u, on_v = np.einsum("ij,ij->i", slid, u), np.einsum("ij,ij->i", slid, v)
     s, r = np.abs(on_u - cosine * on_v), np.abs(on_v - cosine * on_u)
-    nothing = np.maximum(s, r) < 1e-9 * shapes.spread[owner[p]]
+    nothing = np.maximum(s, r) < _SLID * shapes.spread[owner[p]]
     return np.where(nothing, shapes.firm[owner[p]] >= shapes.firm[owner[q]], s <= r)
 
 
 def as_near(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> Near:
-    """Crossings as corners at faces: the block along whose side one moves less has the point, the other the face."""
+    """Crossings as corners at faces: the block along whose side one moves less has the point, the other the face.
+
+    Parameters
+    ----------
+    found : crossings in the pose ``now``
+    before : pose from which the last motion counts
+    """
     first, n = carried_by_first(shapes, found, before, now), len(shapes.corner_face)
     (p, q), owner = found.side, shapes.owner
     return Near(
@@ -307,7 +328,7 @@ def with_crossings(shapes: Shapes, c: PathContacts) -> tuple[Shapes, PathContact
     """
     shapes = shapes._replace(edge=_edges(shapes))
     rest = at_rest(shapes.assembly.n_blocks)
-    found = crossings(shapes, rest, 1e-2 * shapes.step)
+    found = crossings(shapes, rest, _ONE_PLACE * shapes.step)
     near = as_near(shapes, found, rest, rest)
     corner, face, swapped = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
     named = np.zeros(len(near.corner), bool)
@@ -315,7 +336,7 @@ def with_crossings(shapes: Shapes, c: PathContacts) -> tuple[Shapes, PathContact
     for row in np.argsort(looking(shapes, rest, near), kind="stable"):
         a, b = int(shapes.face_block[near.face[row]]), int(near.owner[row])
         same = ((c.block_a == a) & (c.block_b == b)) | ((c.block_a == b) & (c.block_b == a))
-        at = np.flatnonzero(same & (np.abs(c.place_b - near.place[row]).max(axis=1) < 1e-2 * shapes.near))
+        at = np.flatnonzero(same & (np.abs(c.place_b - near.place[row]).max(axis=1) < _ONE_PLACE * shapes.near))
         named[row] = len(at) > 0
         for i in at[corner[at] < 0]:
             corner[i], face[i], swapped[i] = near.corner[row], near.face[row], c.block_b[i] != b

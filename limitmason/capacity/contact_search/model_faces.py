@@ -13,6 +13,15 @@ from limitmason.capacity.kinematics import at_rest
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
 
+_SQUARE = 1e-6
+"""Cosine up to which a face stands square to a plane, and 1 less that up to which two normals are one [-]: rounding."""
+
+_AT_FACE = 1e-3
+"""Part of a face's length within which a point of a joint lies on it [-]: chosen."""
+
+_PULLED_IN = 10.0
+"""Tolerances of the assembly below which points count as standing at the ends of faces: chosen."""
+
 
 def shapes_of(
     assembly: Assembly, contacts: PathContacts, plane: Plane | None, size: float, firm: Index
@@ -36,7 +45,7 @@ def shapes_of(
             along = points[1] - points[0]
             length = float(np.linalg.norm(along))
             if length <= 2.0 * inset:
-                continue
+                continue  # nothing of the face is left between its ends
             along = along / length
             ends = np.array([points[0] + inset * along, points[1] - inset * along])
             inward = np.array([along, -along])
@@ -91,8 +100,8 @@ def _outlines(assembly: Assembly, contacts: PathContacts, plane: Plane | None) -
                 if plane is None:
                     out.append((b, x, n))
                     continue
-                if abs(n @ plane.normal) > 1e-6:
-                    continue
+                if abs(n @ plane.normal) > _SQUARE:
+                    continue  # it lies in the plane, or oblique to it: no line of the problem
                 along = np.cross(plane.normal, n)
                 s = x @ along
                 flat = x[[int(s.argmin()), int(s.argmax())]]
@@ -131,21 +140,24 @@ def _inset(
             n = sign * contacts.directions[i, 0]
             for points, normal in faces.get(int(block), []):
                 off = abs((contacts.place_b[i] - points[0]) @ normal)
-                if normal @ n > 1.0 - 1e-6 and off < 1e-3 * np.linalg.norm(points[1] - points[0]):
+                if normal @ n > 1.0 - _SQUARE and off < _AT_FACE * np.linalg.norm(points[1] - points[0]):
                     nearest.append(float(np.linalg.norm(points - contacts.place_b[i], axis=1).min()))
         if nearest:
             found.append(min(nearest))
     inset = float(np.median(found)) if found else 0.0
-    return inset if inset > 10.0 * assembly.tolerance else 0.0
+    return inset if inset > _PULLED_IN * assembly.tolerance else 0.0
 
 
 def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
     """The contacts with their corners and faces, the frame carried by the face.
 
-    ``near`` is what lies together in the reference pose.
-
     Where two corners meet the frame stays with the block that has it. Where a joint ends at an edge its corners lie on
     the faces beyond it too: they belong to those that look along its normal.
+
+    Parameters
+    ----------
+    c : contacts of the model
+    near : corners and faces that lie together in the reference pose
     """
     owner, normal = shapes.owner, shapes.normal
     by_pair: dict[tuple[int, int], list[int]] = {}
@@ -153,7 +165,7 @@ def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
         key = int(shapes.face_block[near.face[row]]), int(owner[near.corner[row]])
         by_pair.setdefault(key, []).append(row)
     corner, face, over = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
-    reachable = 1e-2 * shapes.near + 1e-9
+    reachable = 1e-2 * shapes.near + 1e-9  # from a point to the corner that it is [m]: chosen
     for i in range(c.count):
         a, b = int(c.block_a[i]), int(c.block_b[i])
         best: dict[bool, int] = {}
@@ -176,7 +188,7 @@ def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
 
 
 def with_faces(shapes: Shapes, c: PathContacts) -> PathContacts:
-    """Name the face on which points lie that are neither a corner nor a crossing."""
+    """The points, each that is neither a corner nor a crossing with the face of its block a on which it lies."""
     face, rest = c.face.copy(), at_rest(shapes.assembly.n_blocks)
     for i in np.flatnonzero(face < 0):
         mine = np.arange(shapes.face_start[c.block_a[i]], shapes.face_start[c.block_a[i] + 1])

@@ -13,9 +13,23 @@ from limitmason.capacity.contacts import NEW, PathContacts
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory
 
-# in overshoots, above the 4 and 20 by which the steps of a path let points run off (``contact_generations``)
-_HEIR = 6.0  # distance, beyond the gap, within which a new point inherits from one that has left its face
-_MOVING = 25.0  # the same where sides cross, which move on by up to a step's length before they are looked at
+_HEIR = 6.0
+"""Overshoots, beyond the gap, within which a new point inherits from one that has left its face.
+
+It is above the 4 by which the steps of a path let points run off, see ``contact_generations.RUNS_OFF``.
+"""
+
+_MOVING = 25.0
+"""The same where sides cross, above the 20 of ``contact_generations.MOVES_ON``."""
+
+ONE = 0.5
+"""Overshoots within which two places of the same two blocks are one: chosen."""
+
+_NEAREST = 0.1
+"""Overshoots that are added to a distance whose inverse is a weight, so that none is infinite: chosen."""
+
+_ALONG = 0.9
+"""Cosine between a tangent and the new normal above which the other tangent is taken [-]: chosen."""
 
 
 class Renewed(NamedTuple):
@@ -112,13 +126,18 @@ def number_pairs(shapes: Shapes, near: Near) -> Index:
 
 
 def shares_of(old: Before, near: Near) -> Array:
-    """What every row takes over of every point that has gone, shape (rows, m): by the inverse distance.
+    """What every row takes over of every point that has gone, by the inverse distance [-], shape (rows, m).
 
     A crossing that is made again takes all of itself.
+
+    Parameters
+    ----------
+    old : the m points before, and which of them have gone
+    near : rows that become points
     """
     again = (edges_of(old.shapes, near)[:, None] == edges_of(old.shapes, old.c)) & is_crossing(old.shapes, old.c)
     apart = np.linalg.norm(old.now - old.places(near)[:, None], axis=2)
-    weight = np.where(old.close(near).T, 1.0 / (apart + 0.1 * old.shapes.step), 0.0)
+    weight = np.where(old.close(near).T, 1.0 / (apart + _NEAREST * old.shapes.step), 0.0)
     weight = np.where(again.any(axis=0), again, weight) * old.gone
     return np.asarray(weight / np.maximum(weight.sum(axis=0), 1e-300))
 
@@ -128,6 +147,8 @@ def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: 
 
     Parameters
     ----------
+    old : the m points before, and which of them have gone
+    near : corners at faces and crossings
     others : points made before it
     share : what it takes over of every point, in space, shape (m,); in plane it takes all of the nearest
     row : of ``near``, the corner or crossing that becomes a point
@@ -137,7 +158,8 @@ def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: 
     a, x = int(shapes.face_block[face]), shapes.assembly.centroids
     at = x[b] + pose.shift[b] + place - x[b] + pose.turn[b] @ (place - x[b])
     apart = np.linalg.norm(old.now - at, axis=1)
-    same, close = old.pair == number_pairs(shapes, near.at(np.array([row]))), 0.5 * shapes.step
+    same, close = old.pair == number_pairs(shapes, near.at(np.array([row]))), ONE * shapes.step
+    # the place has its point already, or has just been given one
     if (same & ~gone & (apart < close)).any():
         return None
     for made in (other.contacts for other in others):
@@ -185,6 +207,7 @@ def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: 
             force = (directions @ rotation.T) @ onto
             force[0] = pressed
             size = float(np.linalg.norm(force[1:]))
+            # no more shear than the strength at this pressure
             held = law.towards(rest, np.array([damage]))
             most = float(held.shear_strength(np.array([force[0] / area]))[0]) * area
             force[1:] *= min(1.0, max(most, 0.0) / max(size, 1e-300))
@@ -242,7 +265,7 @@ def _frame(old: Before, row: int, rotation: Array, normal: Array) -> Array:
         return np.stack([normal, np.cross(np.cross(first, second), normal)])
     tangent = rotation.T @ old.directions(row)[1]
     # nearly along the new normal it would give no tangent: the other one does
-    if abs(tangent @ normal) > 0.9:
+    if abs(tangent @ normal) > _ALONG:
         tangent = rotation.T @ old.directions(row)[2]
     tangent = tangent - (tangent @ normal) * normal
     tangent = tangent / np.linalg.norm(tangent)

@@ -26,12 +26,24 @@ from limitmason.capacity.contact_search.crossing import (
 )
 from limitmason.capacity.contact_search.faces import Shapes
 from limitmason.capacity.contact_search.near import Near, beside
-from limitmason.capacity.contact_search.new_points import Before, NewPoint, Renewed, inherited, number_pairs, shares_of
+from limitmason.capacity.contact_search.new_points import (
+    ONE,
+    Before,
+    NewPoint,
+    Renewed,
+    inherited,
+    number_pairs,
+    shares_of,
+)
 from limitmason.capacity.contacts import NEW, NO_CORNER, PathContacts
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory
 
-_WAITS = 4.0  # overshoots beyond a side after which a loaded point without a successor is dropped all the same
+_WAITS = 4.0
+"""Overshoots beyond a side after which a loaded point without a successor is dropped all the same: chosen."""
+
+_LIFTED = 2.0
+"""Near gaps from which a point between blocks that had no joint is dropped: chosen above the one at which it came."""
 
 
 def found_anew(
@@ -52,11 +64,11 @@ def found_anew(
     since : pose in which contacts were last looked for
     """
     gap, inside = _gaps(shapes, c, pose)
-    gone = (inside < -shapes.step) | ((c.interface == NEW) & (gap > 2.0 * shapes.near))
+    gone = (inside < -shapes.step) | ((c.interface == NEW) & (gap > _LIFTED * shapes.near))
     # how deep the springs are pressed: a corner that takes over lies as far behind its face as they do
     pressed = float((force[:, 0] / (c.kn * c.area)).max(initial=0.0))
     space = c.components == 3
-    near = candidate_contacts(shapes, pose, since, pressed, inside=0.5 * shapes.step, space=space)
+    near = candidate_contacts(shapes, pose, since, pressed, inside=ONE * shapes.step, space=space)
     # the successor of a point that has left is as far inside but for the turn of the blocks over a deep gap
     succeeds = np.isin(number_pairs(shapes, near), shapes.pair(c.block_a, c.block_b)[gone])
     fresh = ~known(shapes, c, near) & (succeeds | (near.inside > shapes.step))
@@ -199,8 +211,7 @@ def _single(old: Before, near: Near) -> Index:
         Numbers of the rows of ``near`` that are kept, ascending.
     """
     rows: list[int] = []
-    # places of the same two blocks are one within half a step, the length by which a corner may overshoot a face [m]
-    pair, now, close = number_pairs(old.shapes, near), old.places(near), 0.5 * old.shapes.step
+    pair, now, close = number_pairs(old.shapes, near), old.places(near), ONE * old.shapes.step
     kind = np.where(near.corner == NO_CORNER, 2, is_crossing(old.shapes, near))  # 0 a corner, 1 a crossing, 2 neither
     for k in np.lexsort((near.corner, looking(old.shapes, old.pose, near), kind)):
         here = (old.pair == pair[k]) & ~old.gone & (np.linalg.norm(old.now - now[k], axis=1) < close)
@@ -210,10 +221,7 @@ def _single(old: Before, near: Near) -> Index:
 
 
 def outside(shapes: Shapes, c: PathContacts, pose: Pose) -> Array:
-    """How far the corners that are points lie outside the sides of their faces in a pose [m], shape (m,).
-
-    It is 0 inside.
-    """
+    """How far the corners that are points lie outside the sides of their faces in a pose [m], (m,); 0 inside."""
     inside = beside_faces(shapes, c, pose)
     return np.asarray(np.where(inside < np.inf, np.maximum(-inside, 0.0), 0.0))
 
