@@ -283,7 +283,15 @@ def _framed(
 def _point_warnings(
     generations: Generations, nodes: list[Node], contact_model: str | None, standard: bool
 ) -> list[str]:
-    """Warnings of points that stand for faces, the standard ones or those of a rule, of a stiffness that was given."""
+    """Warnings of points that stand for faces, the standard ones or those of a rule, of a stiffness that was given.
+
+    Parameters
+    ----------
+    generations : contacts and equations of the path, part by part
+    nodes : states of the path, in their order
+    contact_model : that was asked for; None for none
+    standard : whether the points are those that the joints need
+    """
     if not standard and contact_model != LOBATTO:
         return []
     if weakening(generations.structures[0].assembly).any():
@@ -312,7 +320,13 @@ def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, i
 
 
 def _falls(generations: Generations, warnings: list[str]) -> PushoverCurve:
-    """The curve of a structure that does not stand: one sample at load and displacement 0, without a state."""
+    """The curve of a structure that does not stand: one sample at load and displacement 0, without a state.
+
+    Parameters
+    ----------
+    generations : contacts and equations of the path, part by part
+    warnings : what is known so far
+    """
     said = "no equilibrium under the dead load was found: is it carried, and is every block held?"
     return PushoverCurve(
         np.zeros(1), np.zeros(1), load_unit="-", label="pushover", status=PathEnd.CANNOT_STAND,

@@ -142,6 +142,7 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     last, new : states at the two ends of the step
     low : the last state of the step in which no point is known to be beyond its strength, ``last`` itself at first
     ratio : work of the live load per control displacement [N], for programs
@@ -253,6 +254,8 @@ def foreseen(
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
+    last : state at the start of the step
     guess : extrapolated pose and multiplier at the control displacement ``target`` [m]
     ratio : work of the live load per control displacement [N], for programs
 
@@ -294,6 +297,7 @@ def released(system: System, node: Node, rows: Index, ratio: float, target: floa
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     rows : the points that break first
     ratio : work of the live load per control displacement [N], for programs
     target : control displacement that is held [m]; None for the multiplier
@@ -331,9 +335,9 @@ def _solved(
     target: float | None,
     ratio: float,
 ) -> tuple[newton.Solved, int] | None:
-    """Solve a step that Newton's method alone did not: by descent and by programs.
+    """Solve a step that Newton's method alone did not, by descent and by programs, as :func:`stepping.step` does.
 
-    The order is that of :func:`stepping.step`. It returns the solved state and the number of programs, or None.
+    It returns the solved state and the number of programs, or None.
 
     Parameters
     ----------
@@ -363,9 +367,7 @@ def _fallen(
     target: float | None,
     programs: int,
 ) -> Node | None:
-    """The state that viscous sub-steps come to.
-
-    Whatever they overload breaks at the end of each.
+    """The state that viscous sub-steps come to; whatever they overload breaks at the end of each.
 
     Parameters
     ----------

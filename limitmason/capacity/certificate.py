@@ -106,6 +106,11 @@ def equilibrium(s: Structure, at: PathState, found: StateForces | None = None) -
     """Largest unbalanced force, or moment over a block's size, of a free motion or shape, in mean block weights.
 
     ``found`` are the :func:`forces` of the state, where they are known.
+
+    Parameters
+    ----------
+    s : the model with its contact points
+    at : state of the path
     """
     p = s.points
     components, _, place = found or forces(s, at)
@@ -138,6 +143,11 @@ def damage_error(s: Structure, before: PathState, after: PathState, old: StateFo
     """Departure of the damage after a step from what the law asks for [-], see :class:`StepCertificate`.
 
     ``old`` and ``new`` are the :func:`forces` of both states.
+
+    Parameters
+    ----------
+    s : the model with its contact points
+    before, after : states at the ends of the step
     """
     p = s.points
     if not p.softens:
@@ -176,6 +186,7 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
 
     Parameters
     ----------
+    s : the model with its contact points
     before, after : states at the ends of the step
     jump : whether the load fell or blocks moved at once, so that energy is lost; flow rule and damage are then not
         asked
@@ -246,6 +257,11 @@ def _released(s: Structure, before: PathState, after: PathState, began: Array, a
     Damage h by opening goes with the opening x, h = rate x, so that the mean of x over the fall is exact; damage by
     slip meets the mean of the step. ``began`` and ``apart`` are the displacements of the points in both states [m],
     shape (m, c).
+
+    Parameters
+    ----------
+    s : the model with its contact points
+    before, after : states at the ends of the step
     """
     p = s.points
     grown = np.asarray(after.damage) - before.damage

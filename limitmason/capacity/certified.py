@@ -127,6 +127,7 @@ def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]
 
     Parameters
     ----------
+    generations : contacts and equations of the path, part by part
     nodes : states of the path, in their order
     balances : energy of the step that led to every node, shape (nodes,)
     """
@@ -143,7 +144,13 @@ def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]
 
 
 def _returned(generations: Generations, nodes: list[Node]) -> str:
-    """Warning of the first points that slide back or round a bend after they have dilated; "" for none."""
+    """Warning of the first points that slide back or round a bend after they have dilated; "" for none.
+
+    Parameters
+    ----------
+    generations : contacts and equations of the path, part by part
+    nodes : states of the path, in their order
+    """
     for k, node in enumerate(nodes):
         s = generations.structures[node.generation]
         p = s.points
@@ -161,7 +168,13 @@ def _returned(generations: Generations, nodes: list[Node]) -> str:
 
 
 def _through(generations: Generations, nodes: list[Node]) -> str:
-    """Warning of blocks that go through each other on a path that keeps the points of the undeformed joints, or ""."""
+    """Warning of blocks that go through each other on a path that keeps the points of the undeformed joints, or "".
+
+    Parameters
+    ----------
+    generations : contacts and equations of the path, part by part
+    nodes : states of the path, in their order
+    """
     # blocks that have gone through each other stay so: the first such sample is found by bisection
     low, high = -1, len(nodes) - 1
     if not (met := generations.through(nodes[high])):
@@ -174,7 +187,13 @@ def _through(generations: Generations, nodes: list[Node]) -> str:
 
 
 def _stayed(generations: Generations, nodes: list[Node]) -> str:
-    """Warning of the first point that bears and has slid far from where its blocks may meet; "" for none."""
+    """Warning of the first point that bears and has slid far from where its blocks may meet; "" for none.
+
+    Parameters
+    ----------
+    generations : contacts and equations of the path, part by part
+    nodes : states of the path, in their order
+    """
     for k, node in enumerate(nodes):
         s = generations.structures[node.generation]
         p = s.points

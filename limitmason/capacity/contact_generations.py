@@ -121,6 +121,10 @@ class Generations:
 
         A bond ends by opening; the law does not say when. It is taken to matter where points are open by a tenth of a
         block, or where the moment of their shear at the gap is above 0.003 of that of all forces over a block.
+
+        Parameters
+        ----------
+        node : state of the path
         """
         s = self.structures[node.generation]
         p = s.points

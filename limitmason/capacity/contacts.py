@@ -229,6 +229,10 @@ def turned_over(c: PathContacts, rows: Flags) -> PathContacts:
     """Points of which those of ``rows``, shape (m,), have their frame carried by the other block.
 
     Force components keep their sign, as direction and blocks change together.
+
+    Parameters
+    ----------
+    c : m contact points
     """
     a, b = np.where(rows, c.block_b, c.block_a), np.where(rows, c.block_a, c.block_b)
     place_a = np.where(rows[:, None], c.place_b, c.place_a)

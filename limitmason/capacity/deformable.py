@@ -125,6 +125,7 @@ def deformation(
 
     Parameters
     ----------
+    points : m contact points of the joints
     blocks : "simply deformable" or "ritz"
     kn, ks : of every interface [Pa/m]
 

@@ -65,6 +65,7 @@ def solve(
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     pose, multiplier : the guess; the multiplier is that of the live load [-]
     old : history at the start of the step
     target : control displacement to reach [m]; None keeps the multiplier
@@ -129,6 +130,7 @@ def _lowest(
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     law : law whose friction is frozen
     old : the history it returns from
     now : state at the start

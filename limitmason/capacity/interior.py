@@ -81,6 +81,11 @@ class _Points:
         """Strengths, stiffnesses and rows of spare strength, in weights and elastic lengths.
 
         Rows are the tension cut-off of every point, then the crushing of those that crush.
+
+        Parameters
+        ----------
+        system : equations of the path's blocks and points
+        old : history at the start of the step
         """
         self.system, self.old = system, old
         law, area = system.law, system.bodies.area
@@ -197,6 +202,7 @@ def solve(
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     pose, multiplier : the guess; the multiplier is that of the live load [-]
     old : history at the start of the step
     target : control displacement to reach [m]; None keeps the multiplier

@@ -127,7 +127,13 @@ def moved(pose: Pose, motion: Array) -> Pose:
 
 
 def contact(bodies: ContactGeometry, pose: Pose) -> Contact:
-    """Displacements, directions and arms of the points in a pose."""
+    """Displacements, directions and arms of the points in a pose.
+
+    Parameters
+    ----------
+    bodies : contact points and blocks in the reference pose
+    pose : where the blocks are
+    """
     a, b = bodies.block_a, bodies.block_b
     if bodies.large:
         from limitmason.capacity import compiled
@@ -162,6 +168,11 @@ def point_wrenches(bodies: ContactGeometry, at: Contact) -> Array:
     """Wrenches of unit forces on the degrees of freedom of blocks a and b, in this order, shape (m, c, 2, d).
 
     (-n, -r_a x n) on a and (n, r_b x n) on b, n the direction of the component, times the basis.
+
+    Parameters
+    ----------
+    bodies : contact points and blocks in the reference pose
+    at : the points in a pose
     """
     if bodies.large:
         from limitmason.capacity import compiled
@@ -192,6 +203,7 @@ def block_wrenches(bodies: ContactGeometry, wrenches: Array, force: Array) -> Ar
 
     Parameters
     ----------
+    bodies : contact points and blocks in the reference pose
     wrenches : of unit forces on the two blocks of every point, shape (m, c, 2, d)
     """
     n, d = bodies.free.shape
@@ -215,6 +227,7 @@ def geometric_stiffness(bodies: ContactGeometry, at: Contact, force: Array, star
 
     Parameters
     ----------
+    bodies : contact points and blocks in the reference pose
     at : directions and arms in the pose
     force : components of the points [N], shape (m, c)
     starts : first point of every run of points between the same two blocks, shape (k,)

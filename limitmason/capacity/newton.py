@@ -55,6 +55,7 @@ def solve(
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     pose, multiplier : the guess
     old : history at the start of the step
     target : control displacement to reach [m]; None keeps the multiplier

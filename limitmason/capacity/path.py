@@ -46,6 +46,7 @@ def follow(
 
     Parameters
     ----------
+    generations : contacts and equations of the path, part by part
     ratio : work-conjugate displacement of the live loads per control displacement, at first [N]; negative where they
         push against it
     loading : whether loads are pushed up: limit points are then closed in on, and the path ends where the load is back
@@ -131,6 +132,7 @@ class _Path(JudgedPath):
 
         Parameters
         ----------
+        system : equations with the contacts of the step
         last : state that the step begins from, its contacts found anew
         left : control displacement to the end of the path [m]
         """
@@ -172,6 +174,8 @@ class _Path(JudgedPath):
 
         Parameters
         ----------
+        system : equations with the contacts of the step
+        last : state that the step begins from
         left : control displacement to the end of the path [m]
         """
         for share in _BEYOND:
@@ -256,7 +260,13 @@ class _Path(JudgedPath):
         return None
 
     def _ended(self, system: System, new: Node) -> PathEnd | None:
-        """How the path ends with its last state; None where it goes on."""
+        """How the path ends with its last state; None where it goes on.
+
+        Parameters
+        ----------
+        system : equations with the contacts of the last step
+        new : last state of the path
+        """
         made = self.nodes[self.begin :]
         loads, way = self.toward * np.array([n.multiplier for n in made]), np.array([n.control for n in made])
         softens, first = system.law.softening is not None, self.generations.systems[0]
@@ -279,7 +289,13 @@ class _Path(JudgedPath):
         return PathEnd.OVERTURNED if self.loading and fell and loads[-1] <= 0.0 and far else None
 
     def _pace(self, a: Try, new: Node) -> None:
-        """How long the next step is, by what this one took and by how well it was extrapolated."""
+        """How long the next step is, by what this one took and by how well it was extrapolated.
+
+        Parameters
+        ----------
+        a : try of the step that was accepted
+        new : state at its end
+        """
         largest = self._largest()
         if new.jump or (self.toward * new.multiplier < (1.0 - MISSED) * largest and not self.rounds):
             self.bound = np.inf  # what could be passed over is behind

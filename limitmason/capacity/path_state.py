@@ -91,6 +91,11 @@ def forces(s: Structure, at: PathState) -> StateForces:
 
     N = max(kn (lift - w), -t) A and T = ks (slip - e) A, with (w, e) the displacement of b against a in the frame that
     turns with a.
+
+    Parameters
+    ----------
+    s : the model with its contact points
+    at : state of the path
     """
     p, x = s.points, s.assembly.centroids
     rotation = at.turn + np.eye(3)
@@ -112,6 +117,11 @@ def forces(s: Structure, at: PathState) -> StateForces:
 
 def tensions(s: Structure, at: PathState) -> tuple[Array, Array, Array, Array]:
     """Tensions, present ends and directions of the ties in a state.
+
+    Parameters
+    ----------
+    s : the model with its contact points
+    at : state of the path
 
     Returns
     -------
@@ -147,6 +157,11 @@ def stored(s: Structure, at: PathState, found: StateForces | None = None) -> flo
 
     What opening against the tensile strength keeps is in it, as a closing joint gives it back. Blocks that deform add
     q' K q / 2, ties T^2 / (2 k). ``found`` are the :func:`forces` of the state, where they are known.
+
+    Parameters
+    ----------
+    s : the model with its contact points
+    at : state of the path
     """
     components, apart, _ = found or forces(s, at)
     stress = components / s.points.area[:, None]

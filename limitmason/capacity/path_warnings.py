@@ -135,6 +135,7 @@ def edge_warnings(generations: Generations, nodes: list[Node], remedy: str) -> l
 
     Parameters
     ----------
+    generations : contacts and equations of the path, part by part
     remedy : what to give for faces
     """
     lost = lost_at_edges(generations, nodes)
@@ -152,6 +153,10 @@ def pressure_sharing_warnings(generations: Generations, nodes: list[Node]) -> li
     Below the associative limit load equilibrium leaves many states open; which one a path takes, and so the load at
     which it slides, hangs on the springs of its points. Of 14 structures in space two bore less than two thirds of
     that load, and moved by 28 and 49 % on finer points; the others bore 88 % of it and more, or had other reasons.
+
+    Parameters
+    ----------
+    generations : contacts and equations of the path, part by part
     """
     system = generations.systems[0]
     top = max(abs(n.multiplier) for n in nodes)
@@ -180,6 +185,10 @@ def branch_warnings(generations: Generations, nodes: list[Node]) -> list[str]:
     are neutral there, as of parts that slide by themselves, do not count: the smallest stiffness must be seen beside
     what displacements of an elastic length change in forces. An even number of modes lost at once is not seen, nor a
     branch that is left in the step that comes to it.
+
+    Parameters
+    ----------
+    generations : contacts and equations of the path, part by part
     """
     first, found = generations.sense(nodes[0], None, "control"), []
     for k in range(1, len(nodes)):
@@ -208,6 +217,10 @@ def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
 
     It is wrong where blocks then move by another mechanism. On small structures in plane it was mostly within a quarter
     of the difference, once at a third of it; in space it was too high on 2 of 12.
+
+    Parameters
+    ----------
+    generations : contacts and equations of the path, part by part
     """
     load = np.array([n.multiplier for n in nodes])
     way = np.array([n.control for n in nodes])

@@ -54,6 +54,7 @@ def solve_step(
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     at : the pose, with its damage and the blocks' own deformation
     old : history at the start of the step
     elastic : f0, the forces without limits in that pose [N], (m, c)

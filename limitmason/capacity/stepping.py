@@ -101,6 +101,7 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     target : control displacement that is held, with the multiplier that this takes [m]; None for no live load
     ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
     """
@@ -127,6 +128,7 @@ def step(
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     node : to begin from, with its history
     target : control displacement [m]
     guess : extrapolated pose and multiplier; None without any, which leaves Newton's method out
@@ -155,6 +157,7 @@ def _ways(system: System, patient: bool) -> tuple[Callable[..., newton.Solved | 
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     patient : whether descent follows where the interior path finds nothing
     """
     strength = system.law.strength
@@ -203,6 +206,7 @@ def by_programs(
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     pose, multiplier : to begin from
     old : history that the step begins with
     target : control displacement [m], None where the multiplier is prescribed
@@ -267,6 +271,7 @@ def quieted(
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     pose, history : to begin from
     commit : the history that is kept of a sub-step, from the one before and its state; as it came by default
     target : control displacement that is held [m], None to keep the multiplier

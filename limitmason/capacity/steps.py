@@ -72,6 +72,12 @@ def extrapolated(system: System, nodes: list[Node], move: float) -> tuple[Pose, 
 
     The tangent is taken at the start and where bonds just broke, as the increment before says nothing there. The last
     node is the one that the step begins from, with its contacts found anew. ``move`` is signed [m].
+
+    Parameters
+    ----------
+    system : equations of the path's blocks and points
+    nodes : states of the path so far
+    move : control displacement, signed [m]
     """
     last = nodes[-1]
     if len(nodes) >= 2 and last.broken is None:
@@ -122,6 +128,7 @@ def growth(new: Node, off: float | None, smooth: float, second: bool) -> float:
 
     Parameters
     ----------
+    new : state at the end of the step that was made
     off : departure of its multiplier from the extrapolation, of the largest [-]; None where there was none
     smooth : as in :class:`Steps`
     second : whether the next step is the second
@@ -141,6 +148,12 @@ def until_open(system: System, last: Node, new: Node, most: float) -> float:
 
     Closing and opening are taken on one straight line, from what the spring is pressed by at the start to the gap at
     the end. The step is cut where the line is at half of the gap ``most`` [m].
+
+    Parameters
+    ----------
+    system : equations of the path's blocks and points
+    last, new : states at the ends of the step
+    most : gap up to which a point may open [m]
     """
     bore = last.force[:, 0] > BEARS * system.weight
     gap = contact(system.bodies, new.pose).displacement[:, 0] - new.history.lift
@@ -156,6 +169,13 @@ def until_stuck(generations: Generations, nodes: list[Node], new: Node, most: fl
 
     It is asked of points that slid in the step before and now stick. Had they slid on at the same rate, that would have
     been by more than ``most`` [m].
+
+    Parameters
+    ----------
+    generations : contacts and equations of the path, part by part
+    nodes : states of the path so far
+    new : state at the end of the step
+    most : slip that may be lost by sticking [m]
     """
     last = nodes[-1]
     if len(nodes) < 2 or last.broken is not None or last.control == nodes[-2].control:

@@ -193,6 +193,7 @@ def candidates(
 
     Parameters
     ----------
+    rules : which faces count as touching
     owner : block of every solid, shape (solids,)
     faces, start : of all solids, see :func:`all_faces`
     p, q : pairs of solids that are near, shape (k,)
@@ -223,7 +224,11 @@ CONTACT_CODES = (MADE, _CLOSED, _IN_PART)
 def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Index:
     """Code of each pair of faces under the rules, ``MADE``, a kind of doubt or ``NOTHING``, shape (m,).
 
-    ``times`` is a factor on the distance that counts as contact.
+    Parameters
+    ----------
+    found : pairs of faces that may be contacts
+    rules : which of them count as touching
+    times : factor on the distance that counts as contact [-]
     """
     pairs, limit = found.pairs, times * found.distance
     low, high = pairs.gap.min(axis=1), pairs.gap.max(axis=1)
@@ -252,6 +257,8 @@ def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, li
 
     Parameters
     ----------
+    found : pairs of faces that may be contacts
+    rules : which of them count as touching
     low, high : least and largest gap of every pair [m], shape (m,)
     limit : gap that counts as contact [m], shape (m,)
     """
@@ -288,6 +295,11 @@ def closed_centres(pairs: FacingPairs, rows: Index) -> Array:
     """Centroid of the half of the common area where the gap is smaller [m], shape (len(rows), 3).
 
     What fills the mouth of a wedge need not reach its edge, so the open half tells less.
+
+    Parameters
+    ----------
+    pairs : of faces
+    rows : numbers of those that are looked at
     """
     out = np.empty((len(rows), 3))
     for row, k in enumerate(rows.tolist()):
@@ -306,6 +318,7 @@ def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: In
 
     Parameters
     ----------
+    solids : all pieces of the blocks
     points : [m], shape (m, 3)
     a, b : the two owners that do not count, shape (m,)
     owner : of every solid
@@ -329,6 +342,7 @@ def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None =
 
     Parameters
     ----------
+    found : pairs of faces that may be contacts
     code : from :func:`judged`, shape (m,)
     rows : numbers of the pairs to look at
     made : kind to give to plain contacts; None leaves them out

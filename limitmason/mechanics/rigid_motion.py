@@ -182,7 +182,12 @@ def moving_joints(assembly: Assembly, twists: Array, threshold: float) -> Moving
 
 
 def checked_twists(assembly: Assembly, prediction: Prediction) -> Array:
-    """The mechanism's twists, shape (n, 6), or an error that says why there are none."""
+    """The mechanism's twists, shape (n, 6), or an error that says why there are none.
+
+    Parameters
+    ----------
+    prediction : whose mechanism is drawn
+    """
     instance("prediction", prediction, Prediction, "of lm.limit_analysis, lm.predict ...")
     if prediction.mechanism is None:
         raise InputError(

@@ -87,6 +87,8 @@ def _met(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _Met:
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
+    pose : where the blocks are
     p, q : numbers of the corners at which the sides begin, shape (k,)
     """
     now = shapes.placed(pose, shapes.owner, shapes.corner_place)
@@ -115,6 +117,8 @@ def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> 
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
+    pose : where the blocks are
     depth : by which sides may lie behind each other beyond the near gap, as the springs of soft joints let them [m]
     inside : least distance from the ends of both sides [m]
     """
@@ -155,6 +159,9 @@ def off(shapes: Shapes, c: PathContacts, rows: Index, pose: Pose) -> Array:
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
+    c : contact points
+    pose : where the blocks are
     rows : contact points that are crossings
 
     Returns
@@ -202,6 +209,7 @@ def gap_at(shapes: Shapes, near: Near, pose: Pose) -> Array:
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
     near : what is near, as found in some pose
     pose : the pose in which its gaps are asked for
     """
@@ -245,6 +253,12 @@ def looking(shapes: Shapes, pose: Pose, near: Near) -> Array:
     """Cosine between the normals of both faces of contacts, -1 where they lie on each other, shape (k,).
 
     It is rounded to six decimals, so that contacts that are alike stay so.
+
+    Parameters
+    ----------
+    shapes : faces and corners of the blocks
+    pose : where the blocks are
+    near : corners at faces, and places where sides cross
     """
     crosses = is_crossing(shapes, near)
     p, q = _sides(shapes, np.where(crosses, near.corner, 0))
@@ -283,6 +297,8 @@ def carried_by_first(shapes: Shapes, found: Crossings, before: Pose, now: Pose) 
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
+    found : crossings in the pose ``now``
     before : pose from which the last motion counts; where nothing slid the point stays with the firmer block
     """
     (p, q), owner = found.side, shapes.owner
@@ -304,6 +320,7 @@ def as_near(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> Near:
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
     found : crossings in the pose ``now``
     before : pose from which the last motion counts
     """

@@ -87,6 +87,10 @@ def _outlines(assembly: Assembly, contacts: PathContacts, plane: Plane | None) -
     """Block, corners and outward normal of every face, blocks in order.
 
     In plane the corners are the two ends of a line.
+
+    Parameters
+    ----------
+    contacts : whose plane is taken, in plane
     """
     out = []
     # the plane of the contacts, to which all faces are taken
@@ -156,6 +160,7 @@ def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
     c : contacts of the model
     near : corners and faces that lie together in the reference pose
     """
@@ -188,7 +193,13 @@ def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
 
 
 def with_faces(shapes: Shapes, c: PathContacts) -> PathContacts:
-    """The points, each that is neither a corner nor a crossing with the face of its block a on which it lies."""
+    """The points, each that is neither a corner nor a crossing with the face of its block a on which it lies.
+
+    Parameters
+    ----------
+    shapes : faces and corners of the blocks
+    c : contact points
+    """
     face, rest = c.face.copy(), at_rest(shapes.assembly.n_blocks)
     for i in np.flatnonzero(face < 0):
         mine = np.arange(shapes.face_start[c.block_a[i]], shapes.face_start[c.block_a[i] + 1])
@@ -209,6 +220,7 @@ def _strangers(shapes: Shapes, c: PathContacts, near: Near, codes: NDArray[np.in
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
     c : contact points of the model
     near : pairs of corner and face that lie together in the reference pose
     codes : numbers of the pairs that are no point, corner * number of faces + face

@@ -57,6 +57,8 @@ def together(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> N
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
+    pose : where the blocks are
     inside : least distance inside the sides, negative for outside [m]
     depth : by which corners may lie behind a face beyond the near gap, as the springs of soft joints let them [m]
     """
@@ -97,6 +99,11 @@ def near_blocks(shapes: Shapes, pose: Pose, depth: float = 0.0) -> tuple[Index, 
     """Pairs of blocks that may touch in a pose, not both held: numbers of the one and of the other.
 
     The spheres about their centroids that hold them come within the near gap and ``depth`` [m] of each other.
+
+    Parameters
+    ----------
+    shapes : faces and corners of the blocks
+    pose : where the blocks are
     """
     fixed, x = shapes.assembly.fixed, shapes.assembly.centroids + pose.shift
     reach = shapes.spread + shapes.near + depth
@@ -134,6 +141,8 @@ def beside(shapes: Shapes, pose: Pose, place: Array, owner: Index, face: Index) 
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
+    pose : where the blocks are
     place : of the points in the reference pose [m], shape (m, 3)
     face : number of the face of every point, shape (m,)
     owner : block of every point, shape (m,)

@@ -130,6 +130,9 @@ def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: Flags, gap: Arr
 
     Parameters
     ----------
+    shapes : faces and corners of the blocks
+    c : contact points
+    pose : where the blocks are
     rows : points that have left, shape (m,)
     gap : of all points above their faces [m], shape (m,)
     """
@@ -240,6 +243,12 @@ def _gaps(shapes: Shapes, c: PathContacts, pose: Pose) -> tuple[Array, Array]:
     """Gap of all points above their faces [m], and how far inside these they lie [m].
 
     Both have shape (m,). Points without a face count as inside without end.
+
+    Parameters
+    ----------
+    shapes : faces and corners of the blocks
+    c : contact points
+    pose : where the blocks are
     """
     keyed = c.face >= 0
     gap, inside = np.zeros(c.count), np.full(c.count, np.inf)
