@@ -192,7 +192,7 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
             # an end found anew and the old one are at one displacement: no secant goes through them
             left, high, above = None if doubted else (high.control, above), tried, found
         else:
-            left, low, below = (low.control, below), tried, np.minimum(found, -0.01 * _ALIKE)
+            left, low, below = (low.control, below), tried, np.minimum(found, -_INSIDE * _ALIKE)  # as just below
         after = tried
     # where the state leaps there is none just at the strength: the leap is part of the jump
     return high._replace(jump=True), worst_of(above)

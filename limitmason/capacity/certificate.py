@@ -27,9 +27,20 @@ WITHIN = 1e-4
 SHORTEST = 0.1
 """Least elastic opening or slip that this is taken of, over the elastic length of the structure [-]."""
 
-AT_THE_TIP = 1e-9  # of the cohesion: shear strength that rounding leaves of a point at the tip of the cone
+AT_THE_TIP = 1e-9
+"""Part of the cohesion that rounding leaves as shear strength of a point at the tip of the cone [-]."""
 
-_CREATED = 1e-2  # energy that a jump may seem to make, of its gross work: its path, and so its work, is not known
+_KEPT = 1e-6
+"""Unbalance and excess in block weights, and departures of flow rule and damage, up to which a state is accepted."""
+
+_MADE = 1e-9
+"""Energy that slip may make by rounding, over the gross work of the step [-]."""
+
+_CREATED = 1e-2
+"""Energy that a jump may seem to make, of its gross work [-]: its path, and so its work, is not known."""
+
+_IDLE = 1e-6
+"""Least gross work of a step, in block weights times elastic lengths: sliding without friction does none."""
 
 
 class StepCertificate(NamedTuple):
@@ -71,13 +82,13 @@ class StepCertificate(NamedTuple):
         Equilibrium is asked to 1e-6 of a block weight, law and flow rule to rounding. Slip and jumps make no energy.
         """
         return (
-            self.equilibrium < 1e-6
-            and self.excess < 1e-6
-            and self.damage < 1e-6
+            self.equilibrium < _KEPT
+            and self.excess < _KEPT
+            and self.damage < _KEPT
             and (
                 self.energy > -_CREATED
                 if self.jump
-                else self.flow < 1e-6 and self.against < 1e-6 and self.dissipation > -1e-9
+                else self.flow < _KEPT and self.against < _KEPT and self.dissipation > -_MADE
             )
         )
 
@@ -229,7 +240,7 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     change = stored(s, after, last) - stored(s, before, first)
     # a step that does no work to speak of (sliding without friction) is measured by the elastic work of a block
     # and one that self-stress drives, by the energy that it sets free
-    gross = max(abs(live) + abs(dead), abs(change), 1e-6 * s.weight * elastic)
+    gross = max(abs(live) + abs(dead), abs(change), _IDLE * s.weight * elastic)
     off, least = equilibrium(s, after, last), float(loss.min(initial=0.0)) / gross
     if jump:
         taken = live + dead - change

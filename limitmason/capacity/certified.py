@@ -156,7 +156,7 @@ def _returned(generations: Generations, nodes: list[Node]) -> str:
         p = s.points
         # points found anew have a lift from elsewhere
         aside = np.einsum("mci,mi->mc", p.directions[:, 1:], p.place_b - p.place_a)
-        own = np.abs(aside).max(axis=1) < 1e-9 * s.size
+        own = np.abs(aside).max(axis=1) < 1e-9 * s.size  # at one place but for rounding
         back = np.flatnonzero(own & slid_back(p.law.tan_psi, PlasticHistory(node.history.slip, node.history.lift)))
         if len(back):
             a, b = (s.assembly.blocks[i].name for i in (p.block_a[back[0]], p.block_b[back[0]]))

@@ -53,7 +53,7 @@ def sheared(
             # Newton's method, halved in where it leaves the bracket
             on = held - over / (1.0 + soft / spare + 2.0 * soft * (held / spare) * (held / spare))
             on = on if low < on < high else 0.5 * (low + high)
-            if abs(on - held) <= 1e-15 * most:
+            if abs(on - held) <= 1e-15 * most:  # the last digit
                 break
             held = on
         slip = product * most / max((most - held) * (most + held), 1e-300)

@@ -138,7 +138,7 @@ def imperfection_ensemble(
         gaps = gap * size * _planes(assembly, points, np.random.default_rng([seed, k]))
         curve = whole_pushover(assembly, loads, gaps=gaps, to=GOES_ON * least, **settings)
         sound = all(c.accepted for c in curve.certificates)
-        goes_on = sound and curve.displacement[-1] >= (1.0 - 1e-6) * GOES_ON * least
+        goes_on = sound and curve.displacement[-1] >= (1.0 - 1e-6) * GOES_ON * least  # but for rounding
         first.append(_lost(curve, SETTLES * gap * size) if sound else np.nan)
         sustained.append(float(curve.load[-1]) if goes_on else np.nan)
         status.append(str(curve.status))

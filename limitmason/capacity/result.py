@@ -110,6 +110,7 @@ class PushoverCurve(Curve):
         if self.load_unit != "-":
             return self
         resultant = float(np.linalg.norm(self.structure.loads.live[:, :3].sum(axis=0)))
+        # the rounding of forces that cancel
         if resultant <= 1e-9 * float(np.abs(self.structure.loads.live[:, :3]).sum()):
             raise InputError("the live loads of this curve have no resultant: draw its multiplier alone")
         return replace(self, load=resultant * self.load, load_unit="N", unit=resultant)

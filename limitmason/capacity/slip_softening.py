@@ -7,19 +7,22 @@ from limitmason.capacity.point_law import PlasticHistory
 from limitmason.mechanics.law import SUDDEN, Softening, softening
 from limitmason.model.assembly import Assembly
 
+_NOTICED = 0.01
+"""Part of the largest lift from which a lift beyond what the slip asks for counts, and not as rounding [-]: chosen."""
+
 
 def slid_back(tan_psi: Array, history: PlasticHistory) -> Flags:
     """Points that have slid back: they are lifted by more than their distance from the start asks for, tan(psi) |slip|.
 
-    Lift only grows under this flow rule, while the distance shrinks on the way back. More than a hundredth of the
-    largest lift counts, so that rounding does not.
+    Lift only grows under this flow rule, while the distance shrinks on the way back.
 
     Parameters
     ----------
-    tan_psi : shape (m,)
+    tan_psi : dilatancy of m points [-], shape (m,)
+    history : their plastic slip and lift
     """
     away = tan_psi * np.linalg.norm(history.slip, axis=1)
-    return history.lift - away > 0.01 * max(float(np.abs(history.lift).max(initial=0.0)), 1e-300)
+    return history.lift - away > _NOTICED * max(float(np.abs(history.lift).max(initial=0.0)), 1e-300)
 
 
 def softening_by_plastic_slip(assembly: Assembly, kn: Array, ks: Array) -> Softening | None:

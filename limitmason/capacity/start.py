@@ -15,7 +15,11 @@ from limitmason.capacity.stepping import Node
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.fingerprint import check_same_loads
 
-_SAME = 1e-9  # of lengths over a block's size, and of numbers: what rounding may change
+_SAME = 1e-9
+"""Part of a block's size, or of a number, that rounding may change [-]."""
+
+_SAME_SPRINGS = 1e-6
+"""Part of a shape's stiffness that rounding may change, as it comes from singular values [-]."""
 
 
 def begin(
@@ -64,7 +68,7 @@ def begin(
         raise InputError(f"start is a curve of another model: {differs}; a state goes on under its own model only")
     old, live = before.loads.rows("live"), now.loads.rows("live")
     factor = float((old * live).sum() / (live * live).sum())
-    if not np.allclose(old, factor * live, rtol=0.0, atol=1e-9 * np.abs(old).max()):
+    if not np.allclose(old, factor * live, rtol=0.0, atol=_SAME * np.abs(old).max()):
         raise NotApplicable("start: the live load may change by a factor only; other live loads are not followed")
     generations = Generations(new.shapes, new.make, [s._replace(loads=now.loads) for s in start.generations.structures])
     last = start.nodes[-1]
@@ -77,7 +81,10 @@ def begin(
 
 
 def _difference(one: Structure, other: Structure) -> str:
-    """First setting of a path in which two structures of one model differ, live loads apart, or "" where none does."""
+    """First setting of a path in which two structures of one model differ, live loads apart, or "" where none does.
+
+    ``one`` is that of the path gone on from, ``other`` that of this path.
+    """
     p, q = one.points, other.points
     if p.place_a.shape != q.place_a.shape or not np.allclose(p.place_a, q.place_a, rtol=0.0, atol=_SAME * one.size):
         return f"its {p.count} contact points are not the {q.count} of this one: repeat contact_model, grid and gaps"
@@ -88,7 +95,7 @@ def _difference(one: Structure, other: Structure) -> str:
     if (d is None) != (e is None) or (
         d is not None
         and e is not None
-        and not (d.stiffness.shape == e.stiffness.shape and np.allclose(d.stiffness, e.stiffness, rtol=1e-6))
+        and not (d.stiffness.shape == e.stiffness.shape and np.allclose(d.stiffness, e.stiffness, rtol=_SAME_SPRINGS))
     ):
         return "its blocks deform in another way: repeat blocks and stress"
     return ""

@@ -32,6 +32,9 @@ ROUNDS = 8
 _CUTS = 4
 """Times that a step is cut at most for its bend: chosen."""
 
+_AT_BEND, _AT_END = (0.1, 0.9), (0.02, 0.98)
+"""Least and most that is left of a step that is cut for its bend, and for the end of the path [-]: chosen."""
+
 _STEADY = 4
 """Steps that do not grow after one in which a point ran off its face: chosen."""
 
@@ -238,7 +241,7 @@ class JudgedPath:
         if off <= self.steps.peak * largest or not aside > self.steps.straight:
             return StepOutcome.ACCEPTED
         self.cuts, self.ahead = self.cuts + 1, a.new
-        self.advance = float(np.clip(share, 0.1, 0.9)) * a.move
+        self.advance = float(np.clip(share, *_AT_BEND)) * a.move
         return StepOutcome.SHORTER
 
     def _goes_too_far(self, a: Try) -> StepOutcome:
@@ -341,5 +344,5 @@ class JudgedPath:
         # half of the width beyond, so that the sample is the last; from one that is short of it the path goes on
         share = (before + 0.5 * width) / (before - after)
         self.closer, self.ahead, self.cuts = self.closer + 1, a.new, 1
-        self.advance = float(np.clip(share, 0.02, 0.98)) * a.move
+        self.advance = float(np.clip(share, *_AT_END)) * a.move
         return StepOutcome.SHORTER

@@ -19,8 +19,18 @@ STUCK = 1e-3
 BEARS = 1e-4
 """Force of a point from which it counts how far it opens in a step, in mean block weights [-]."""
 
-_COSTLY = 5  # cone programs of a step after which the next is shorter
-_MANY = 22  # iterations of a step after which the next is shorter
+_OPEN_MARGIN, _STUCK_MARGIN = 0.5, 0.7
+"""Part of a bound to which a step is shortened, that of an opening and that of a slip [-]: chosen.
+
+The shorter step should not miss the bound again.
+"""
+
+_COSTLY = 5
+"""Cone programs of a step from which the next is shorter: chosen."""
+
+_MANY = 22
+"""Iterations of a step after which the next is shorter: chosen."""
+
 # how many times as long the next step is, chosen on the walls of benchmarks/capacity_speed.py, not derived: after a
 # costly step, after the first, where nothing was foretold, and else by the departure of the multiplier from its
 # extrapolation over ``Steps.smooth``, up to the first number of each pair
@@ -120,6 +130,7 @@ def bend(first: float, rose: float, last: float) -> tuple[float, float]:
     one, other = first - rose, rose - last
     if one * other > 0.0:
         return abs(one * other / (one + other)), other / (one + other)
+    # a cubic with slopes that depart by d from the line at one end lies off it by 4 d / 27 at most
     return 4.0 / 27.0 * max(abs(one), abs(other)), 0.5
 
 
@@ -161,7 +172,7 @@ def until_open(system: System, last: Node, new: Node, most: float) -> float:
     far = bore & (gap > most)
     if not far.any():
         return 1.0
-    return max(LEAST, float(((pressed[far] + 0.5 * most) / (pressed[far] + gap[far])).min()))
+    return max(LEAST, float(((pressed[far] + _OPEN_MARGIN * most) / (pressed[far] + gap[far])).min()))
 
 
 def until_stuck(generations: Generations, nodes: list[Node], new: Node, most: float) -> float:
@@ -186,8 +197,7 @@ def until_stuck(generations: Generations, nodes: list[Node], new: Node, most: fl
     on = slid * abs((new.control - last.control) / (last.control - nodes[-2].control))
     made = np.linalg.norm(new.history.slip - generations.begun(last).history.slip, axis=1)
     far = float(on[(made < STUCK * on) & (new.force[:, 0] > 0.0)].max(initial=0.0))
-    # a margin of 0.3: the shorter step should not miss the bound again
-    return 1.0 if far <= most else max(LEAST, 0.7 * most / far)
+    return 1.0 if far <= most else max(LEAST, _STUCK_MARGIN * most / far)
 
 
 def senses(begins: float, to: float | None, ratio: float) -> tuple[float, float]:

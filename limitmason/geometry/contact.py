@@ -269,7 +269,7 @@ def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, li
         same = (found.a == found.a[k]) & (found.b == found.b[k]) & (low <= limit)
         # pieces of one face have its normal and angle but for rounding
         same &= np.abs(pairs.normal - pairs.normal[k]).max(axis=1) < 1e-6
-        same &= np.abs(pairs.angle_deg - pairs.angle_deg[k]) < 1e-4
+        same &= np.abs(pairs.angle_deg - pairs.angle_deg[k]) < 1e-4  # [deg]
         out[k] = same.any()
     return out
 

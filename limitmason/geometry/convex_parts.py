@@ -168,7 +168,7 @@ class _Face:
         along = along - (along @ self.normal) * self.normal
         along /= np.linalg.norm(along)
         axes = np.array([along, np.cross(self.normal, along)])
-        flat = clean_outline((corners - self.point) @ axes.T, 1e-3 * slack)
+        flat = clean_outline((corners - self.point) @ axes.T, 1e-3 * slack)  # corners far within the slack stay apart
         self.pieces = [self.point + p @ axes for p in convex_pieces(flat)]
         self.triangles = [np.array([p[0], p[k], p[k + 1]]) for p in self.pieces for k in range(1, len(p) - 1)]
         self.area = 0.5 * sum(float(np.linalg.norm(np.cross(t[1] - t[0], t[2] - t[0]))) for t in self.triangles)

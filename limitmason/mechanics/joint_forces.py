@@ -133,6 +133,7 @@ class ForceTable(Tabular):
         return html_table(head, rows, [f"{c}: to_csv and to_dataframe have them" for c in cut])
 
     def _text(self, digits: int = 9) -> list[list[str]]:
+        """Cells as text, numbers to so many digits and those without a meaning empty."""
         return [[f"{c:.{digits}g}" if isinstance(c, float) else c or "" for c in row] for row in self.rows]
 
 

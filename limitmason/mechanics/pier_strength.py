@@ -155,6 +155,7 @@ def circular_pier_forces(
         positive(name, value)
     not_negative("cohesion", cohesion)
     area, slender = length * thickness, min(max(height / length, 1.0), SLENDEREST)
+    # mean shear is 2/3 of the largest in a rectangle: ft = 1.5 tau0
     return CircularPierForces(
         area * 1.5 * shear_strength / slender * math.sqrt(1.0 + stress / (1.5 * shear_strength)),
         area / slender * (cohesion + friction * stress) / (1.0 + friction * interlocking),

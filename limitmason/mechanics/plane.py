@@ -189,4 +189,4 @@ def _supports_fit(held: Flags, p: Array) -> bool:
         return True
     kinds = partial.reshape(-1, 2, 3)  # translations and rotations
     uniform = kinds.all(axis=2) | ~kinds.any(axis=2)
-    return bool(uniform.all() or np.isclose(np.abs(p).max(), 1.0, atol=1e-12))
+    return bool(uniform.all() or np.isclose(np.abs(p).max(), 1.0, atol=1e-12))  # x, y or z but for rounding
