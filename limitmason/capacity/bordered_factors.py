@@ -49,7 +49,7 @@ class FrontFactors(NamedTuple):
             return np.full_like(right, np.nan)
 
     def corrected(self, right: Array) -> tuple[Array, float]:
-        """The solution by fronts with iterative refinement, and the largest entry of b - A x that it leaves over.
+        """The solution by fronts with iterative refinement, (n,), and the largest entry of b - A x that it leaves over.
 
         Parameters
         ----------

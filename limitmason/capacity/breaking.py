@@ -199,7 +199,7 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
 
 
 def _first(below: Array, above: Array) -> tuple[Index, Index]:
-    """Points that come to their strength first between two states, and the others that do, by number.
+    """Numbers of the points that come to their strength first between two states, (k,), and of the others that do.
 
     Parameters
     ----------
@@ -214,7 +214,7 @@ def _first(below: Array, above: Array) -> tuple[Index, Index]:
 
 
 def _shares(below: Array, above: Array) -> Array:
-    """Shares of the way from one state to another at which points come to their strength on a straight line [-].
+    """Shares of the straight way from one state to another at which points come to their strength [-], shape (k,).
 
     Infinity for those that do not come nearer to it, and a half for those that leap beyond it: their overload before
     is minus infinity, which no line starts from.

@@ -12,9 +12,9 @@ _NOTICED = 0.01
 
 
 def slid_back(tan_psi: Array, history: PlasticHistory) -> Flags:
-    """Points that have slid back: they are lifted by more than their distance from the start asks for, tan(psi) |slip|.
+    """Which points have slid back, shape (m,).
 
-    Lift only grows under this flow rule, while the distance shrinks on the way back.
+    They are lifted by more than their distance from the start asks for, tan(psi) |slip|. Lift only grows under this flow rule, while the distance shrinks on the way back.
 
     Parameters
     ----------

@@ -146,10 +146,12 @@ class System:
         return Evaluated(pose, at, wrenches, returned, multiplier, force, pulled, rest)
 
     def unbalanced(self, pose: Pose, wrenches: Array, force: Array, pulled: Pulled, multiplier: float) -> Array:
-        """What loads, point forces, ties and springs leave over on the free motions, own units.
+        """What loads, point forces, ties and springs leave over on the free motions, own units, shape (order,).
 
         Parameters
         ----------
+        pose : where the blocks are
+        pulled : tensions of the ties there
         wrenches : of unit forces on the two blocks of every point, shape (m, c, 2, d)
         force : of every point [N], shape (m, c)
         multiplier : of the live load [-]

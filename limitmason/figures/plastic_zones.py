@@ -16,7 +16,13 @@ from limitmason.figures import style
 from limitmason.figures.crack_patterns import one_a_sample, point_text, sample_of
 
 _DRAWN = 0.04
-"""Largest displacement in the drawing over the size of the structure [-]."""
+"""Largest displacement in the drawing over the size of the structure [-]: chosen."""
+
+_BESIDE, _TALLEST, _HEADING = 0.7, 3.4, 0.3
+"""Paper beside an elevation, height of the tallest, and paper for the heading of each [in]: chosen."""
+
+_MARGIN = 0.005
+"""Room around an elevation over its size [-], so that lines at the edge show their whole width."""
 
 MARKS = ("elastic", "at yield in shear", "yielded in shear before", "failed in tension")
 """Names of the marks of a zone, by number."""
@@ -26,14 +32,16 @@ MARKS = ("elastic", "at yield in shear", "yielded in shear before", "failed in t
 def plasticity(
     curve: Any, *, at: tuple[str | int, ...] = ("peak", "end"), scale: float | None = None, title: str | None = None
 ) -> Figure:
-    """Elevations of a driven wall with the marks of its zones, one below the other.
+    """Elevations of a driven wall, its zones coloured by how they have yielded or failed, one below the other.
+
+    Colours are those of :data:`MARKS`; each heading gives their shares of the number of zones.
 
     Parameters
     ----------
     curve : of ``dem.push`` with zoned blocks: with ``mesh``, ``zones``, ``opening``, ``slip`` and ``assembly``
-    at : moments: "peak", "end", or samples by number
-    scale : factor on displacements; by default so that the largest at the last moment can be seen
-    title : heading
+    at : moments, one elevation each: "peak", "end", or samples by number
+    scale : factor on displacements [-]; by default so that the largest at the last moment can be seen
+    title : heading of the figure
 
     Raises
     ------
@@ -52,8 +60,8 @@ def plasticity(
     low, high = np.min(places, axis=(0, 1)), np.max(places, axis=(0, 1))
     span = high - low
     page = style.page_width()
-    inch = min((page - 0.7) / span[0], 3.4 / span[1])  # scale of the drawings [in/m], each at most 3.4 in high
-    figure, axes = style.panels(page, len(drawn) * (span[1] * inch + 0.3), rows=len(drawn))
+    inch = min((page - _BESIDE) / span[0], _TALLEST / span[1])  # scale of the drawings [in/m]
+    figure, axes = style.panels(page, len(drawn) * (span[1] * inch + _HEADING), rows=len(drawn))
     colours: tuple[Any, ...] = ("white", style.VERMILION, style.pale(style.VERMILION, 0.45), style.BLUE)
     for ax, (i, name), place in zip(axes, drawn, places, strict=True):
         marks = curve.zones[i].marks
@@ -63,7 +71,7 @@ def plasticity(
         ))
         sides = [place[mesh.sides[a:b]] for a, b in pairwise(mesh.side_start)]
         ax.add_collection(LineCollection(sides, colors=style.BLACK, linewidths=0.45, gid="sides", zorder=2.0))
-        edge = 0.005 * span  # lines at the edge show their whole width
+        edge = _MARGIN * span
         ax.set_xlim(low[0] - edge[0], high[0] + edge[0])
         ax.set_ylim(low[1] - edge[1], high[1] + edge[1])
         ax.set_aspect("equal")

@@ -28,7 +28,7 @@ def overlapping_pairs(low: Array, high: Array) -> tuple[Index, Index]:
 
     Returns
     -------
-    i, j : index arrays, i < j, sorted
+    i, j : numbers of the boxes of every pair, i < j, sorted by i and then j, shape (k,) each
     """
     n = len(low)
     if n < 2:

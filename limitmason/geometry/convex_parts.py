@@ -127,7 +127,7 @@ def _hollow_edges(solid: Solid, slack: float) -> int:
 
 
 def is_convex(solids: Sequence[Solid], slack: float) -> Flags:
-    """Whether no vertex lies farther than ``slack`` [m] outside the plane of a face, one for each closed solid."""
+    """Whether no vertex lies farther than ``slack`` [m] outside the plane of a face, of each closed solid, (n,)."""
     out = np.ones(len(solids), dtype=bool)
     for faces, members, vertices in group_by_topology(solids):
         for f in faces:

@@ -161,7 +161,7 @@ def _face_pairs(
 
 
 def _left_packed(reversed_corners: Array, count: Index) -> Array:
-    """Corners of reversed padded rows moved to the left: the padding came first after the reversal.
+    """Corners of reversed padded rows moved to the left, in the same form: the padding came first after the reversal.
 
     Parameters
     ----------

@@ -140,7 +140,9 @@ def _shared_points(solids: Sequence[Solid], faces: Faces, start: Index, i: int, 
 
 
 def _face_axes_depth(solids: Sequence[Solid], faces: Faces, start: Index, p: Index, q: Index) -> Array:
-    """Least overlap of two pieces along the normals of their faces, negative where a plane separates them [m].
+    """Least overlap of pairs of pieces along the normals of their faces [m], shape (m,).
+
+    It is negative where a plane separates them.
 
     Parameters
     ----------

@@ -91,7 +91,7 @@ def centroid_in_space(corners: Array) -> Array:
 
 
 def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
-    """Counter-clockwise outline without repeated or collinear vertices.
+    """Counter-clockwise outline without repeated or collinear vertices [m], shape (k, 2).
 
     Parameters
     ----------
@@ -329,7 +329,7 @@ def polar_mean_radius(polygon: ArrayLike, pole: ArrayLike) -> float:
 def centred_overlap(polygon: ArrayLike, centre: ArrayLike) -> Array:
     """The part of a convex polygon that is symmetric about a point: P intersected with its image 2 c - P.
 
-    It is the largest area whose uniform pressure has its resultant at ``centre``.
+    It is the largest area whose uniform pressure has its resultant at ``centre``; corners [m], shape (k, 2).
 
     Parameters
     ----------

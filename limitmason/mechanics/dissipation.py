@@ -151,7 +151,17 @@ class Dissipation:
         return point_rates(self._assembly, twists, r.point_position, r.point_interface)
 
     def power(self, twists: Array) -> tuple[float, float, Array]:
-        """Power [W] over whole faces, the same summed over contact points, and g = e_n - tan(phi) |e_t| per point."""
+        """Power that a motion dissipates, over whole faces and as summed over the contact points.
+
+        Parameters
+        ----------
+        twists : of every block [m/s, rad/s], shape (n, 6)
+
+        Returns
+        -------
+        power over whole faces [W], the same summed over the points [W], and g = e_n - tan(phi) |e_t| of every point
+        [m/s], shape (m,)
+        """
         opening, sliding = self.rates(twists)
         law = self.state.law
         if self.pairs is None:

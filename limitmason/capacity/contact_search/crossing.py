@@ -270,7 +270,7 @@ def looking(shapes: Shapes, pose: Pose, near: Near) -> Array:
 
 
 def edges_of(shapes: Shapes, c: PathContacts | Near) -> Index:
-    """One number for the edges of two blocks that cross, whichever faces meet there; negative for corners."""
+    """One number for the edges of two blocks that cross, whichever faces meet there; -1 for corners, shape (m,)."""
     crosses = is_crossing(shapes, c)
     if not crosses.any():
         return np.full(len(crosses), -1, np.intp)
@@ -279,7 +279,7 @@ def edges_of(shapes: Shapes, c: PathContacts | Near) -> Index:
 
 
 def _edges(shapes: Shapes) -> Index:
-    """Number of every side's edge: two faces that meet there have one each, in opposite senses."""
+    """Number of every side's edge, shape (q,): two faces that meet there have one side each, in opposite senses."""
     x, near = shapes.corner_place, _ONE_PLACE * shapes.step
     ends = np.round((x + x[following(shapes)]) / near)
     # the middle tells edges of a convex part from each other
@@ -293,7 +293,7 @@ def is_crossing(shapes: Shapes, c: PathContacts | Near) -> Flags:
 
 
 def carried_by_first(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> Flags:
-    """Whether the point stays on the first block's side: where the crossing moves less along it than along the other's.
+    """Whether a crossing's point stays on the first block's side, shape (k,): where it moves less along that side.
 
     Parameters
     ----------

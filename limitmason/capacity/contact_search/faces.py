@@ -92,7 +92,7 @@ class Shapes(NamedTuple):
         return np.minimum(one, other) * self.assembly.n_blocks + np.maximum(one, other)
 
     def apart(self, face: Index, owner: Index) -> Array:
-        """By how much faces and corners of other blocks are farther apart than their geometry says [m].
+        """By how much faces and corners of other blocks are farther apart than their geometry says [m], shape (m,).
 
         Parameters
         ----------

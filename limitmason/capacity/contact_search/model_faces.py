@@ -84,7 +84,7 @@ def shapes_of(
 
 
 def _outlines(assembly: Assembly, contacts: PathContacts, plane: Plane | None) -> list[tuple[int, Array, Array]]:
-    """Block, corners and outward normal of every face, blocks in order.
+    """Block, corners [m], (k, 3), and outward unit normal, (3,), of every face, blocks in order.
 
     In plane the corners are the two ends of a line.
 
@@ -213,7 +213,7 @@ def with_faces(shapes: Shapes, c: PathContacts) -> PathContacts:
 
 
 def _strangers(shapes: Shapes, c: PathContacts, near: Near, codes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Pairs of corner and face that meet in the reference pose and are no contacts.
+    """Codes of pairs of corner and face that meet in the reference pose and are no contacts, shape (s,).
 
     They must not become contacts later. Those are pairs of blocks without a joint, and corners deep inside a face where
     the model has no point. What is left is the second of two corners that meet, which takes over once they slide.

@@ -96,7 +96,7 @@ def facing(shapes: Shapes, pose: Pose, one: Index, two: Index) -> tuple[Index, I
 
 
 def near_blocks(shapes: Shapes, pose: Pose, depth: float = 0.0) -> tuple[Index, Index]:
-    """Pairs of blocks that may touch in a pose, not both held: numbers of the one and of the other.
+    """Pairs of blocks that may touch in a pose, not both held: numbers of the one and of the other, shape (p,) each.
 
     The spheres about their centroids that hold them come within the near gap and ``depth`` [m] of each other.
 
@@ -137,7 +137,7 @@ def products(first: Index, of: Index, second: Index, on: Index) -> tuple[Index, 
 
 
 def beside(shapes: Shapes, pose: Pose, place: Array, owner: Index, face: Index) -> tuple[Array, Array]:
-    """Gap of points of blocks ``owner`` above faces in a pose, and the least distance inside their sides [m].
+    """Gap of points above faces in a pose, and the least distance inside their sides [m], shape (m,) each.
 
     Parameters
     ----------

@@ -231,10 +231,11 @@ def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: 
 
 
 def _taken_over(old: Before, rows: Index, share: Array, a: int, b: int) -> tuple[Array, float]:
-    """Force on block b of what a point between a and b takes over, in space, and its pressure [N].
+    """Force on block b of what a point between a and b takes over [N], (3,), in space, and its pressure [N].
 
     Parameters
     ----------
+    old : the m points before
     rows : old points, shape (k,)
     share : the part that is taken over of every old point [-], shape (m,)
     a, b : the two blocks
