@@ -14,7 +14,8 @@ _NOTICED = 0.01
 def slid_back(tan_psi: Array, history: PlasticHistory) -> Flags:
     """Which points have slid back, shape (m,).
 
-    They are lifted by more than their distance from the start asks for, tan(psi) |slip|. Lift only grows under this flow rule, while the distance shrinks on the way back.
+    They are lifted by more than their distance from the start asks for, tan(psi) |slip|. Lift only grows under this
+    flow rule, while the distance shrinks on the way back.
 
     Parameters
     ----------
