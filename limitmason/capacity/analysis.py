@@ -305,7 +305,7 @@ def _point_warnings(
 
 
 def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, int] | None) -> tuple[float, float]:
-    """Mean weight [N] and median size [m] of the blocks that move freely.
+    """Mean load [N] and median size [m] of the blocks that move freely, the units of a path.
 
     Parameters
     ----------
@@ -316,6 +316,7 @@ def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, i
     if moving is not None:
         mine[moving[0]] = False
     dead, live = (float(np.linalg.norm(w[mine, :3], axis=1).mean()) for w in (loads.dead, loads.live))
+    # without dead loads forces count in the live ones
     return dead or live, float(np.median(np.cbrt(assembly.arrays.volume[mine])))
 
 

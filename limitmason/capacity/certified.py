@@ -109,11 +109,12 @@ def certified_curve(
 
 def _told_of_flat_top(curve: PushoverCurve) -> str:
     """Warning where the displacement near the first limit point hangs on the last digits of the load; "" elsewhere."""
+    # a curve without such a point, or one that begins so near to it, has no displacement there to tell of
     top = curve.first_limit_point
     if top is None or curve.toward * top.load <= 0.0 or curve.load[0] / top.load > NEARLY - WITHIN:
         return ""
     before, at, after = (curve._crossing(x * top.load, top.index) for x in (NEARLY - WITHIN, NEARLY, NEARLY + WITHIN))
-    wide = max(abs(after - at), abs(at - before))
+    wide = max(abs(after - at), abs(at - before))  # [m]
     if wide <= FLAT * abs(at):
         return ""
     return (

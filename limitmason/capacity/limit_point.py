@@ -45,9 +45,10 @@ def passed(load: Array, way: Array, lacks: Array, size: float, doubled: float = 
 
     def lasts(at: float, top: float) -> bool:
         """Whether the largest load so far, ``top``, has lasted to the displacement ``at`` [m]."""
-        # the load has not risen by LEVEL over as much displacement again, or hardly over a long way
         if top <= 0.0:
-            return False
+            return False  # on the way back from a load of the other sense
+        # displacements from which the load has not risen by LEVEL, which has to be over as much again, and hardly at
+        # all, which has to be over a long way
         level, creeps = (way[int(np.searchsorted(tops, top / (1.0 + rise)))] for rise in (LEVEL, RISEN))
         return bool((0.0 < level < at / doubled and at - level > TOLD * size) or at - creeps > BELOW * size)
 

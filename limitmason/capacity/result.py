@@ -146,6 +146,7 @@ class PushoverCurve(Curve):
 
         Parameters
         ----------
+        block : number or name
         at : the point in the reference pose [m], shape (3,); it moves with the block, and with the bending of one that
             deforms
         """

@@ -44,6 +44,7 @@ def begin(
     """
     now = new.structures[0]
     if start is None:
+        # the state under dead load, and what breaks at once by it
         first = stepping.dead_load(new.systems[0], held, ratio)
         if first is None:
             return new, [], new.systems[0].at_rest()
@@ -70,6 +71,7 @@ def begin(
     factor = float((old * live).sum() / (live * live).sum())
     if not np.allclose(old, factor * live, rtol=0.0, atol=_SAME * np.abs(old).max()):
         raise NotApplicable("start: the live load may change by a factor only; other live loads are not followed")
+    # the multiplier counts in the live load of the new path
     generations = Generations(new.shapes, new.make, [s._replace(loads=now.loads) for s in start.generations.structures])
     last = start.nodes[-1]
     first = last._replace(

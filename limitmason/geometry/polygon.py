@@ -110,6 +110,7 @@ def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
     if not np.isfinite(p).all():
         raise InputError("the outline has a coordinate that is not finite (NaN or infinite)")
     p = p[np.linalg.norm(p - np.roll(p, 1, axis=0), axis=1) > tolerance]
+    # one vertex at a time, the straightest first: two neighbours that each look straight may together be a corner
     while len(p) > 2:
         before, after = np.roll(p, 1, axis=0), np.roll(p, -1, axis=0)
         chord = after - before

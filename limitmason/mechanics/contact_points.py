@@ -286,11 +286,11 @@ def extents(x: AssemblyArrays, *directions: Array) -> Array:
 
 
 def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> Index:
-    """Points along and across every interface, none farther apart than a spacing: at least 2, shape (k, 2).
+    """Points along and across every interface, as many as even ones within a spacing are, at least 2, shape (k, 2).
 
     Parameters
     ----------
-    spacing : largest distance of points [m]
+    spacing : largest distance of evenly spaced points [m]
     plane : in which they lie, one row along each face; None for points all over it
 
     Raises

@@ -44,7 +44,8 @@ def corner_areas(corners: Array, normal: Array) -> Array:
 def edge_points(n: int, elastic: bool) -> tuple[Array, Array]:
     """Evenly spaced points on 0 .. 1, ends included, and their weights times 1 - s and s.
 
-    The width of a quadrilateral goes from that of one side at s = 0 to that of the other at s = 1. Each row weighs one.
+    The width of a quadrilateral goes from that of one side at s = 0 to that of the other at s = 1: the first row weighs
+    the one width, the second the other.
 
     Parameters
     ----------
@@ -58,9 +59,9 @@ def edge_points(n: int, elastic: bool) -> tuple[Array, Array]:
     Notes
     -----
     Any stress below a strength, handed to the points by hat functions, stays below strength times their integrals: what
-    limit analysis finds on them comes from above. Their second moment, though, is 1 + 2 / (n - 1)^2 too large, which
-    elastic points must not have: handing h / (12 (1 - h)) of each end, h the spacing, to its neighbour makes it right
-    (Simpson's rule for n = 3, the 3/8 rule for 4, Gregory's for many; exact up to cubics). Gauss-Lobatto points are
+    limit analysis finds on them comes from above. Their second moment, though, is 1 + 2 / (n - 1)^2 times the face's,
+    which elastic points must not have: handing h / (12 (1 - h)) of each end, h the spacing, to its neighbour makes it
+    right (Simpson's rule for n = 3, the 3/8 rule for 4, Gregory's for many; exact up to cubics). Gauss-Lobatto points are
     exact to higher powers but leave an edge 1 / (n (n - 1)) of the area: blocks that overturn stand on it, and it gives
     way. With n = 2 area and centroid are kept; the second moment is then three times too large with any weights.
     """

@@ -307,7 +307,8 @@ def carried_by_first(shapes: Shapes, found: Crossings, before: Pose, now: Pose) 
         arm = place - shapes.assembly.centroids[block]
         moved.append(now.shift[block] - before.shift[block] + turned(now, block, arm) - turned(before, block, arm))
     slid, (u, v) = moved[1] - moved[0], found.along
-    # slid = s u + r v within the plane of both sides: the crossing moves by s along u, by r along v
+    # slid = s u + r v within the plane of both sides: the crossing moves by s along u, by r along v, both here without
+    # their common factor 1 / (1 - cosine^2)
     cosine = np.einsum("ij,ij->i", u, v)
     on_u, on_v = np.einsum("ij,ij->i", slid, u), np.einsum("ij,ij->i", slid, v)
     s, r = np.abs(on_u - cosine * on_v), np.abs(on_v - cosine * on_u)

@@ -173,7 +173,7 @@ def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
     reachable = 1e-2 * shapes.near + 1e-9  # from a point to the corner that it is [m]: chosen
     for i in range(c.count):
         a, b = int(c.block_a[i]), int(c.block_b[i])
-        best: dict[bool, int] = {}
+        best: dict[bool, int] = {}  # row that fits best with the frame as it is, and with the frame turned over
         for flipped, key, along in ((False, (a, b), c.directions[i, 0]), (True, (b, a), -c.directions[i, 0])):
             most = ALONG
             for row in by_pair.get(key, []):

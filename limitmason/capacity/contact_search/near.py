@@ -147,6 +147,7 @@ def beside(shapes: Shapes, pose: Pose, place: Array, owner: Index, face: Index) 
     face : number of the face of every point, shape (m,)
     owner : block of every point, shape (m,)
     """
+    # where the points are now, seen from the block of the face and laid into its reference pose
     x, base = shapes.assembly.centroids, shapes.face_block[face]
     local = shapes.placed(pose, owner, place) - x[base] - pose.shift[base]
     local = x[base] + local + np.einsum("mji,mj->mi", pose.turn[base], local)
