@@ -138,6 +138,7 @@ def _lowest(
     multiplier : of the live load [-]
     viscosity : eta in own units
     """
+    # displacements of the points [m], and what the motion adds to them and to the ties' elongation [m]
     apart, (work, longer) = now.contact.displacement, system.relative(now, motion)
     dead, live = system.applied(now.pose)
     load = dead + multiplier * live - viscosity * done
@@ -147,7 +148,7 @@ def _lowest(
     area, tied = system.bodies.area[:, None], len(longer) > 0
 
     def slope(share: float) -> float:
-        """Derivative of the potential at a share of the motion, over the share."""
+        """Derivative of the potential by the share of the motion, at a share, in own units."""
         force = returned_stress(law, old, apart + share * work) * area
         pulls = tension(system.ties, now.pulled.elongation + share * longer, old.stretched)[0] if tied else longer
         own = (float(pulls @ longer) - float((force * work).sum())) / (system.weight * system.length)

@@ -191,6 +191,7 @@ def _compiled(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array, t
 
     Parameters
     ----------
+    old : plastic state before the step
     displacement : of b against a at every point [m], shape (m, c)
     tangent : written, shape (m, c, c), or left alone where it is empty
     """

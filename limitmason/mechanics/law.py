@@ -365,7 +365,7 @@ def softening(
                     f"at its strength, {drop**2 / (2.0 * stiffness):.3g} J/m2: {kind}_stiffness (now {stiffness:.3g} "
                     f"Pa/m) must be above {drop**2 / (2.0 * energy):.3g} Pa/m; leave the energy out for a sudden drop"
                 )
-            # damage per slip is plastic in shear: the elastic part drop / ks is taken off the length
+            # of the plastic slip the elastic one, drop / ks, is taken off, which the joint gives back meanwhile
             rates[row, k] = 1.0 / (2.0 * energy / drop - (drop / stiffness if field == "shear" else 0.0))
         if joint.lost_by is LostBy.OPENING:
             rates[1, k] = 0.0

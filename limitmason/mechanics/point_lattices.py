@@ -58,12 +58,13 @@ def edge_points(n: int, elastic: bool) -> tuple[Array, Array]:
 
     Notes
     -----
-    Any stress below a strength, handed to the points by hat functions, stays below strength times their integrals: what
-    limit analysis finds on them comes from above. Their second moment, though, is 1 + 2 / (n - 1)^2 times the face's,
-    which elastic points must not have: handing h / (12 (1 - h)) of each end, h the spacing, to its neighbour makes it
-    right (Simpson's rule for n = 3, the 3/8 rule for 4, Gregory's for many; exact up to cubics). Gauss-Lobatto points are
-    exact to higher powers but leave an edge 1 / (n (n - 1)) of the area: blocks that overturn stand on it, and it gives
-    way. With n = 2 area and centroid are kept; the second moment is then three times too large with any weights.
+    Any stress below a strength, handed to the points by hat functions, stays below strength times their integrals:
+    what limit analysis finds on them comes from above. Their second moment, though, is 1 + 2 / (n - 1)^2 times the
+    face's, which elastic points must not have: handing h / (12 (1 - h)) of each end, h the spacing, to its
+    neighbour makes it right (Simpson's rule for n = 3, the 3/8 rule for 4, Gregory's for many; exact up to cubics).
+    Gauss-Lobatto points are exact to higher powers but leave an edge 1 / (n (n - 1)) of the area: blocks that
+    overturn stand on it, and it gives way. With n = 2 area and centroid are kept; the second moment is then three
+    times too large with any weights.
     """
     s, h = np.linspace(0.0, 1.0, n), 1.0 / (n - 1)
     weight = np.full(n, h)

@@ -117,11 +117,12 @@ def own_measures(assembly: Assembly, own: Array, largest: Array) -> Array:
     """Measure of blocks by their own load, or by the joint forces on those without any to speak of, shape (n_blocks,).
 
     Of a weightless block the largest joint force on it, but not less than ``IDLE`` of the largest on the weightless
-    blocks that it touches: a block that does nothing carries only rounding.
+    blocks that a chain of such blocks joins to it: a block that does nothing carries only rounding.
 
     Parameters
     ----------
-    own, largest : load of every block and largest joint force on it, shape (n_blocks,); any unit
+    own : load of every block, shape (n_blocks,); any unit
+    largest : largest joint force on it, in the same unit, shape (n_blocks,)
     """
     x = assembly.links
     idle = own <= WEIGHTLESS * largest
@@ -196,7 +197,7 @@ def joint_measures(assembly: Assembly, resultants: Resultants, blocks: Array) ->
     x = assembly.links
     force = np.linalg.norm(resultants.point_force, axis=1)
     joint = np.bincount(resultants.point_interface, force, len(x.area))
-    lighter = np.minimum(blocks[x.block_a], blocks[x.block_b])
+    lighter = np.minimum(blocks[x.block_a], blocks[x.block_b])  # infinite between held blocks, whose joint is no matter
     return np.maximum(joint, np.where(np.isfinite(lighter), lighter, 1e-300))
 
 

@@ -139,6 +139,7 @@ def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> 
         f, g = f[near], g[near]
     p, q = products(start, f, start, g)
     met = _met(shapes, pose, p, q)
+    # gaps from - near - depth to near
     use = (met.inside > inside) & (np.abs(met.gap + 0.5 * depth) < shapes.near + 0.5 * depth)
     p, q = p[use], q[use]
     return Crossings(
