@@ -180,7 +180,7 @@ def pushover(
     begun, say = time.perf_counter(), progress or (lambda _: None)
     refuse(assembly)
     deforming = blocks in (SIMPLY_DEFORMABLE, RITZ)
-    anew = _found_anew(assembly, blocks, contacts, deforming)
+    anew = finds_contacts_anew(assembly, blocks, contacts)
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
     settles = to == 0.0 and not loads.live.any() and control == "live"
@@ -189,9 +189,7 @@ def pushover(
     assembly, loads, moving = with_moving_support(assembly, loads, control, to)
     if initial is not None:
         refuse_with_initial(deforming, not (gaps is None and start is None and moving is None))
-    plane, stress = plane_of(assembly, loads, blocks, stress)
-    if anew and initial is None and plane is not None and not contacts_stay_in_plane(assembly, plane):
-        plane = None
+    plane, stress = followed_in(assembly, loads, blocks, stress, anew=anew and initial is None)
     points, of_points = points_of_path(assembly, plane, contact_model, grid, initial)
     if plane is None:
         refuse_partial_rotations(assembly)
@@ -243,23 +241,40 @@ whole_pushover = handed_on()(pushover)
 """The same for callers that go on with the curve: a path that is interrupted is a KeyboardInterrupt."""
 
 
-def _found_anew(assembly: Assembly, blocks: str, contacts: str | None, deforming: bool) -> bool:
+def finds_contacts_anew(assembly: Assembly, blocks: str, contacts: str | None) -> bool:
     """Whether contacts are found anew on the way.
 
-    Refuses what blocks that deform do not take.
+    Refuses what blocks that deform do not take, whose contacts stay.
 
     Parameters
     ----------
-    blocks : kind of blocks by name, for messages
+    blocks : kind of blocks by name
     contacts : "anew", "first", or None for the default of the kind
-    deforming : whether blocks deform, whose contacts stay
     """
     choice("contacts", contacts, (ANEW, FIRST, None))
+    deforming = blocks in (SIMPLY_DEFORMABLE, RITZ)
     if deforming:
         refuse_ties(assembly, f"a capacity curve of {blocks} blocks", "use blocks='rigid', or assembly.with_ties(())")
     if deforming and contacts == ANEW:
         raise NotApplicable(f"contacts are not found anew between {blocks} blocks: leave contacts out")
     return contacts == ANEW or (contacts is None and not deforming)
+
+
+def followed_in(
+    assembly: Assembly, loads: Loads, blocks: str, stress: str | None, *, anew: bool
+) -> tuple[Plane | None, str]:
+    """Plane in which a path is followed, None in space, and the state of stress of its blocks.
+
+    Where contacts are found anew it is followed in space unless all that blocks may meet stays in the plane.
+
+    Parameters
+    ----------
+    blocks, stress : as of :func:`pushover`
+    anew : whether contacts are found anew
+    """
+    plane, stress = plane_of(assembly, loads, blocks, stress)
+    stays = plane is None or not anew or contacts_stay_in_plane(assembly, plane)
+    return (plane if stays else None), stress
 
 
 def _framed(

@@ -15,14 +15,14 @@ import numpy as np
 
 from limitmason.answers.curve import Curve
 from limitmason.arrays import Array
-from limitmason.capacity.analysis import whole_pushover
+from limitmason.capacity.analysis import finds_contacts_anew, followed_in, whole_pushover
 from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.result import PushoverCurve
+from limitmason.deformable.levels import RIGID
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints
-from limitmason.mechanics.plane import find_plane
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.storage.frozen import ReadOnly
@@ -131,7 +131,10 @@ def imperfection_ensemble(
     size = float(np.median(np.cbrt(assembly.arrays.volume[free])))
     least = thickness(assembly)
     placed = {k: settings[k] for k in ("contact_model", "grid") if k in settings}
-    points, _ = points_of_path(assembly, find_plane(assembly, loads), **placed)
+    blocks = settings.get("blocks", RIGID)
+    anew = finds_contacts_anew(assembly, blocks, settings.get("contacts"))
+    plane, _ = followed_in(assembly, loads, blocks, settings.get("stress"), anew=anew)
+    points, _ = points_of_path(assembly, plane, **placed)
     first, sustained, status, curves = [], [], [], []
     for k in range(samples):
         reached(k / samples, f"path {k + 1} of {samples}", share=1.0 / samples)

@@ -9,6 +9,8 @@ import limitmason as lm
 from limitmason.capacity import imperfection_ensemble
 from limitmason.capacity.ensemble import first_loss
 from limitmason.errors import InputError, NotConverged
+from limitmason.geometry.polyhedron import Solid, box
+from limitmason.mechanics.plane import contacts_stay_in_plane, find_plane
 
 
 def column(psi=0.0):
@@ -160,3 +162,21 @@ def test_the_spread_of_a_wall_whose_joints_break_is_that_of_what_it_stands_for()
     assert found.details["curve"].first_limit_point.load < 0.9 * found.collapse_multiplier
     assert abs(found.error_budget["ks/kn"]["change"]) < 1e-3
     assert found.interval[0] > 0.999 * found.collapse_multiplier
+
+
+def test_gaps_of_a_block_with_sloping_sides_lean_it_as_far_as_they_open():
+    """Its path is followed in space, as its sides may meet others off the plane: so many points have gaps.
+
+    A frustum leans by the slope of its gap, at most twice the gap over the width: lambda = tan(atan(b / 2 z) +- lean).
+    """
+    bottom = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    top = [(0.2, 0.2, 1), (0.8, 0.2, 1), (0.8, 0.8, 1), (0.2, 0.8, 1)]
+    faces = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+    solids = [box((-0.5, -0.5, -0.2), (1.5, 1.5, 0)), Solid(np.array(bottom + top, dtype=float), faces)]
+    block = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(60.0), fixed=[0])
+    assert not contacts_stay_in_plane(block, find_plane(block, lm.Loads.horizontal(block)))
+    found = imperfection_ensemble(block, lm.Loads.horizontal(block), gap=1e-3, samples=3, stiffness=1e10)
+    lean = np.arctan(2e-3 * np.cbrt(block.volumes[1]))
+    low, high = np.tan(np.arctan(0.5 / block.centroids[1, 2]) + lean * np.array([-1.0, 1.0]))
+    assert ((low - 1e-4 < found.first_loss) & (found.first_loss < high + 1e-4)).all()
+    assert np.ptp(found.first_loss) > 0.5 * (high - low)
