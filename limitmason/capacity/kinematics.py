@@ -278,7 +278,9 @@ def shape_geometry(at: Contact, force: Array) -> tuple[Array, Array]:
 def motion_between(before: Pose, after: Pose) -> Array:
     """The motion of :func:`moved` that takes one pose to another, shape (n, 6 + k).
 
-    The turn between the two must be below half a turn.
+    Parameters
+    ----------
+    before, after : the poses, of each block less than half a turn apart
     """
     # the turn between the two less one: half its skew part is sin(angle) times the axis, its trace tells cos(angle)
     step = (after.turn - before.turn) @ np.swapaxes(before.turn + np.eye(3), 1, 2)

@@ -221,9 +221,10 @@ class _Path(JudgedPath):
         return True
 
     def _appended(self, a: Try) -> PathEnd | None:
-        """Put the state on the path, with what breaks from it; a status where that does not go."""
+        """Put the state on the path, with what breaks from it; how the path ends where that does not go, else None."""
         made, last = self.generations, a.last
         if a.due is None:
+            # a whole step, at whose end contacts are looked for; where that was done blocks may have met unseen
             new = made.looked_at(a.new, last)
             met = made.through(new) if made.shapes is not None and new.looked is new.pose else ""
             if met:
@@ -234,6 +235,7 @@ class _Path(JudgedPath):
                 )
             self.nodes.append(new._replace(handed=made.handed(self.nodes[-1], last, new, self.toward)))
         else:
+            # two samples at one displacement, before and after points break at once
             weak = a.new._replace(looked=last.looked)
             self.nodes.append(weak)
             broken = breaking.released(a.system, weak, a.due, self.ratio, weak.control)
