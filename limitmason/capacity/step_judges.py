@@ -185,6 +185,7 @@ class JudgedPath:
         between, or where it lies far off its extrapolation and :func:`may_have_fallen`, or its blocks end beside where
         they were going. No load changes faster than it once rose: a step too short for a fall that counts hides none.
         """
+        # nothing is looked for on the reaction of a support, nor past the first limit point of a path that goes on
         behind = self.phase is Phase.FALLING and self.to is not None
         if not self.loading or behind or a.new.jump or a.due is not None or a.guess is None:
             return StepOutcome.ACCEPTED
