@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
@@ -184,7 +183,8 @@ class Cells:
         return self.table[:, self.columns[name]]
 
 
-class NodeData(NamedTuple):
+@dataclass(frozen=True)
+class NodeData:
     """What is known without data of the cells that b data sets lie in, data sets along the last axis."""
 
     index: Array  # of the node along every axis, (d, b)
