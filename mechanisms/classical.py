@@ -15,13 +15,12 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.flexure import flexure_terms
-from mechanisms.parameters import Facade, foot_level, read
+from mechanisms.parameters import ROUNDING, Facade, foot_level, read
 from mechanisms.velocity_field import FREE_WALL, THIS_MOTION, UPPER_IDEAL, answer, flexure_twists, rotation, translation
 from mechanisms.virtual_work_check import check_contacts
 
 EXACT = Bound(BoundKind.EXACT, "exact for rigid blocks without tension")
 
-_ROUNDING = 1e-9  # relative: a length or load that is off by less is off by rounding alone
 _EQUAL = 1e-12  # relative: multipliers that near to each other are equal, and the lower joint is kept
 _SLACK = 10.0  # tolerances of the assembly: faces whose heights differ by less lie on one level
 
@@ -217,7 +216,7 @@ def inclined_hinge(
     length = f.length if f.side_walls == 1 else 0.5 * f.length
     diagonal = length / f.height
     tangent = diagonal if crack_tangent is None else crack_tangent
-    if not 0.0 < tangent <= diagonal * (1.0 + _ROUNDING):
+    if not 0.0 < tangent <= diagonal * (1.0 + ROUNDING):
         raise InputError(f"crack_tangent must be above 0 and at most L/H = {diagonal:g}, got {crack_tangent!r}")
     terms = flexure_terms(f, f.courses, 0.0)
     value = terms.at(tangent)
@@ -273,7 +272,7 @@ def flat_levels(assembly: Assembly) -> list[Level]:
     x = assembly.arrays
     slack = _SLACK * assembly.tolerance
     # height of every interface, none for those that are not horizontal
-    level_of = np.where(np.abs(x.normal[:, 2]) > 1.0 - _ROUNDING, x.centre[:, 2], np.nan)
+    level_of = np.where(np.abs(x.normal[:, 2]) > 1.0 - ROUNDING, x.centre[:, 2], np.nan)
     low = np.array([b.bounds[0, 2] for b in assembly.blocks])
     high = np.array([b.bounds[1, 2] for b in assembly.blocks])
     levels: list[Level] = []
@@ -345,6 +344,6 @@ def _direction(assembly: Assembly, loads: Loads | None) -> tuple[Loads, Array]:
         loads = Loads.horizontal(assembly, (0.0, -1.0, 0.0))
     total = loads.live[~assembly.fixed, :3].sum(axis=0) * [1.0, 1.0, 0.0]
     size = np.linalg.norm(total)
-    if not size > _ROUNDING * np.abs(loads.live).max(initial=1e-300):
+    if not size > ROUNDING * np.abs(loads.live).max(initial=1e-300):
         raise NotApplicable("the live loads have no horizontal resultant")
     return loads, total / size

@@ -13,7 +13,7 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.friction import bed_joint_friction, edge_radii, torsion_radius
 from mechanisms.optimum import PowerRatio, SmallestValue, least
-from mechanisms.parameters import Facade, check_reduction, courses_to_try, foot_level, read
+from mechanisms.parameters import ROUNDING, Facade, check_reduction, courses_to_try, foot_level, read
 from mechanisms.velocity_field import ESTIMATE, THIS_MOTION, answer, flexure_twists
 from mechanisms.virtual_work_check import flexure_power
 
@@ -102,7 +102,7 @@ def horizontal_flexure(
         best = least(
             (terms_of(n, arm, omega).smallest(limit, crack_tangent), n)
             for n, limit in limits.items()
-            if crack_tangent is None or 0.0 <= crack_tangent <= limit * (1.0 + 1e-9)  # of rounding
+            if crack_tangent is None or 0.0 <= crack_tangent <= limit * (1.0 + ROUNDING)
         )
         if best is None:
             raise InputError(f"crack_tangent {crack_tangent!r} must lie between 0 and min(tan(alpha_b), L / (2 H_k))")

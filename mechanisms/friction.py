@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import polar_mean_radius
-from mechanisms.parameters import Facade
+from mechanisms.parameters import ROUNDING, Facade
 
 
 class FrictionSums(NamedTuple):
@@ -125,7 +125,7 @@ def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:
     few courses, where it matters which of them step.
     """
     t = np.asarray(tangent, dtype=float)
-    if (t < 0.0).any() or (t > steepest * (1.0 + 1e-9)).any():  # all but rounding
+    if (t < 0.0).any() or (t > steepest * (1.0 + ROUNDING)).any():
         raise InputError(f"crack tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {tangent!r}")
     out = np.maximum(1.0 - t / steepest, 0.0)
     return float(out) if out.ndim == 0 else out

@@ -12,7 +12,7 @@ from limitmason.checks import count, not_negative, positive
 from limitmason.errors import NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from mechanisms.parameters import Facade, foot_level, load_direction, read, wall_recipe
+from mechanisms.parameters import ROUNDING, Facade, foot_level, load_direction, read, wall_recipe
 from mechanisms.velocity_field import ESTIMATE, UPPER_IDEAL, above, answer, rotation
 from mechanisms.virtual_work_check import ContactCheck, check_contacts
 
@@ -23,7 +23,6 @@ BEDS_ONLY = Bound(
 )
 SOURCE = "derived (docs/mechanisms.md, section 8)"
 
-_ROUNDING = 1e-9  # relative: lengths and ratios that differ by less are equal
 _STARTS = 4
 """Places of the crack's foot that are tried, half a staggering apart from the toe on; chosen."""
 _JUST_ABOVE = 1e-6  # [m]: a block whose centroid is on a level does not lie above it
@@ -69,13 +68,13 @@ def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
     f = read(wall, loads).facade
     _straight(f.side_walls, "side_walls")
     n, slope = f.courses, f.slope
-    if n * f.staggering <= f.length * (1.0 + _ROUNDING):  # the crack ends in the top, not in the far side
+    if n * f.staggering <= f.length * (1.0 + ROUNDING):  # the crack ends in the top, not in the far side
         value = 0.5 * slope * (4 * n + 2) / (4 * n - 1)
         shape = "whole courses"
     else:
         value = slender_wall(f.length, f.height, slope)
         shape = "small blocks"
-    bound = UPPER_IDEAL if f.friction <= slope * (1.0 + _ROUNDING) else ESTIMATE
+    bound = UPPER_IDEAL if f.friction <= slope * (1.0 + ROUNDING) else ESTIMATE
     return answer(
         f"stepped crack in plane, {shape}", value, facade=f, ideal_bound=bound, details=_details(slope), source=SOURCE
     )
@@ -109,7 +108,7 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
     f = read(wall, loads).facade
     _straight(f.side_walls, "side_walls")
     value, tangent = sloping_crack_limit(f.friction, f.slope, f.courses)
-    if f.height * tangent > f.length * (1.0 + _ROUNDING):
+    if f.height * tangent > f.length * (1.0 + ROUNDING):
         raise NotApplicable(
             f"length {f.length:g} m is less than H tan(alpha) = {f.height * tangent:g} m: the crack leaves the wall"
         )
@@ -153,7 +152,7 @@ def slender_wall(width: float, height: float, slope: float) -> float:
     for name, value in (("width", width), ("height", height), ("slope", slope)):
         positive(name, value)
     b = width / (height * slope)
-    if b > 1.0 + _ROUNDING:
+    if b > 1.0 + ROUNDING:
         raise NotApplicable(
             f"width {width:g} m exceeds H v/h = {height * slope:g} m: the crack ends in the top, not the side"
         )
@@ -181,7 +180,7 @@ def _on_blocks(wall: Assembly, loads: Loads | None) -> Prediction:
         for start in range(_STARTS):
             # blocks move whose centroids lie before a line that rises by v/h: from the toe it meets that of a half unit
             reach = 0.5 * start * f.staggering + (np.minimum(z, top) - level) * f.slope
-            moving = above(wall, level + _JUST_ABOVE) & (from_toe <= reach + _ROUNDING * f.length)
+            moving = above(wall, level + _JUST_ABOVE) & (from_toe <= reach + ROUNDING * f.length)
             if not moving.any():
                 continue
             twists = rotation(wall, moving, (toe, 0.0, level), (0.0, float(sense), 0.0))

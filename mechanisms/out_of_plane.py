@@ -16,7 +16,15 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from mechanisms.friction import FrictionSums, bed_joint_friction, joint_friction
 from mechanisms.optimum import PowerRatio, SmallestValue, least
-from mechanisms.parameters import Facade, ReadParameters, check_reduction, courses_to_try, foot_level, read
+from mechanisms.parameters import (
+    ROUNDING,
+    Facade,
+    ReadParameters,
+    check_reduction,
+    courses_to_try,
+    foot_level,
+    read,
+)
 from mechanisms.stepping_courses import best_steps
 from mechanisms.velocity_field import ESTIMATE, UPPER_IDEAL, answer, rocking_twists
 from mechanisms.virtual_work_check import rocking_power
@@ -155,7 +163,7 @@ def compound_rocking(
             )
         return _stepped(seen, hinge_courses)
     check_reduction(reduction)
-    if crack_tangent is not None and not 0.0 <= crack_tangent <= f.steepest_crack * (1.0 + 1e-9):
+    if crack_tangent is not None and not 0.0 <= crack_tangent <= f.steepest_crack * (1.0 + ROUNDING):
         steepest = f.steepest_crack
         raise InputError(f"crack_tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {crack_tangent!r}")
 

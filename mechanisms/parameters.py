@@ -14,7 +14,10 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
-_EPS = 1e-6  # relative: loads, levels and friction coefficients closer than this are the same
+ROUNDING = 1e-9
+"""Relative: lengths, tangents and loads of the closed forms that differ by less are equal."""
+
+_EPS = 1e-6  # relative: loads, levels and friction coefficients of an assembly closer than this are the same
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -258,7 +261,7 @@ def check_reduction(value: float | None) -> None:
 
 
 def wall_recipe(assembly: Assembly) -> dict[str, Any]:
-    """Recipe of a built wall, or an error that says what to do."""
+    """Recipe of an assembly that is a built wall, or an error that says what to do."""
     recipe = dict(assembly.recipe)
     if recipe.get("kind") != "wall":
         raise NotApplicable(
@@ -275,7 +278,7 @@ def foot_level(assembly: Assembly) -> float:
 
 
 def bed_friction(assembly: Assembly) -> float:
-    """Friction coefficient shared by all bed joints, or by the base joints of a wall of one course [-].
+    """Friction coefficient of all bed joints of an assembly, or of base joints where it has but one course [-].
 
     Raises
     ------

@@ -19,7 +19,7 @@ from limitmason.mechanics.model_notes import why_no_tilt_angle
 from limitmason.mechanics.resultants import scaled_mechanism
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from mechanisms.parameters import Facade, load_direction, wall_recipe
+from mechanisms.parameters import ROUNDING, Facade, load_direction, wall_recipe
 from mechanisms.virtual_work_check import check_contacts
 
 UPPER = Bound(
@@ -54,7 +54,6 @@ ON_BLOCKS = "the motion is admissible on these blocks and gives the upper bound"
 
 _SAME = 1e-6  # relative difference up to which a formula and the power balance on the blocks are the same number
 _JUST_ABOVE = 1e-6  # [m]: a block whose centroid is on a level does not lie above it
-_ROUNDING = 1e-9  # of the thickness
 
 
 def rotation(assembly: Assembly, moving: Flags, point: ArrayLike, spin: ArrayLike) -> Array:
@@ -119,7 +118,7 @@ def rocking_twists(
             "the loads must push the facade out of plane, away from its side walls: Loads.horizontal(wall, (0, -1, 0))"
         )
     moving = above(assembly, level + _JUST_ABOVE)
-    slack = _ROUNDING * thickness
+    slack = ROUNDING * thickness
     for k, block in enumerate(assembly.blocks):
         if moving[k] and block.name.startswith(("return", "beam-")):
             corner = block.bounds[0, 1] <= slack  # a unit that reaches the outer face belongs to the facade

@@ -207,7 +207,7 @@ class Fit(ReadOnly):
     def _slopes(self, other: Model) -> tuple[list[str], list[float], Array]:
         """Names and values of another model's numbers at the fit, and slopes of their logarithms, shape (k, p).
 
-        Of a number that is not positive the slope is that of the number itself.
+        Of a number that is not positive the slope is that of the number itself. ``other`` is the model.
         """
         objective, x = self.objective, self.minimum.x
         takes = taken(other, (*objective.scale.names, *objective.runs.ties.formulas))

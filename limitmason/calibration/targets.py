@@ -306,7 +306,7 @@ def check_units(target: Any, found: Any, name: str) -> None:
 
 
 def outputs_of(result: Any) -> Mapping[str, Any]:
-    """What a model returned, by name: a curve is "curve", a prediction has "multiplier", a number is "value"."""
+    """The result of a model, by name: a curve is "curve", a prediction has "multiplier", a number is "value"."""
     if isinstance(result, Mapping):
         return result
     if isinstance(result, Curve):
@@ -317,7 +317,10 @@ def outputs_of(result: Any) -> Mapping[str, Any]:
 
 
 def _check_scatter(scatter: float | None, absolute: bool = False) -> None:
-    """Refuse a scatter that is not positive, or a relative one of 1 and more; None says that it is unknown."""
+    """Refuse a scatter that is not positive, or a relative one of 1 and more.
+
+    None says that it is unknown; ``absolute`` that it is in the unit of the value, and may be any size.
+    """
     if scatter is None:
         return
     if not (math.isfinite(scatter) and scatter > 0.0):

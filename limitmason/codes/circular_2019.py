@@ -73,6 +73,7 @@ class Assessment:
         return {state: self.reached[state] / self.demand[state] for state in STATES if state in self.reached}
 
     def __str__(self) -> str:
+        """Both readings as a table, the share of the demand by limit state, and warnings."""
         head = f"Circular 2019, C8.7.1: alpha0 {self.multiplier:.4f}, FC {self.confidence_factor:.2f}, "
         names = (
             "bodies", "e*", "a0* m/s2", "d0 m", "dSLV m", "a(dSLV)", "T_SLV s", "T_SLC s", "ag,SLV g", "q = 2",
@@ -193,7 +194,7 @@ def assess(
 def _check_weights(assembly: Assembly, loads: Loads) -> None:
     """Refuse live loads of which the multiplier is no acceleration over g.
 
-    They must be the weight of the free blocks turned, or that with the loads that these bear.
+    They must be the weight of the free blocks of the assembly turned, or that with the loads that these bear.
     """
     free = ~assembly.fixed
     live, own = np.linalg.norm(loads.live[free, :3], axis=1).sum(), assembly.weights[free].sum()

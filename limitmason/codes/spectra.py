@@ -99,7 +99,7 @@ class GroundSpectrum:
         return replace(self, ag=ag)
 
     def acceleration(self, period: float, damping: float = 0.05) -> float:
-        r"""Spectral acceleration Se(T) at a period [s] and damping [-] [m/s2].
+        r"""Spectral acceleration Se(T) at a period [s] and damping [-] [m/s2], NTC 2018, 3.2.3.2.1.
 
         .. math:: a_g S \eta F_0 \min(1, T_C / T, T_C T_D / T^2), \qquad T_D = 4 a_g / g + 1.6
         """

@@ -56,6 +56,10 @@ class Answers:
 
         It lies inside where its range meets that from the smallest admissible multiplier to the associative one. The
         position is "" where an end to judge by is missing.
+
+        Parameters
+        ----------
+        row : answer of the simulation
         """
         if not row.solved:
             return ""
@@ -94,7 +98,7 @@ class Answers:
         return Finding(HOLDS if good else BROKEN, f"{demand} ({pair})", lower.method, theorem=True)
 
     def _simulation(self, row: Row) -> Finding | None:
-        """Where a simulation lies beside the admissible range; None where no theory gives an end."""
+        """Where a simulation, by its ``row``, lies beside the admissible range; None where no theory was asked."""
         upper, lower = self.upper, self.lower
         name = f"the {get_method(row.method).look.name}"
         value = f"{row.low:.5f} to {row.high:.5f}" if row.has_range else f"{row.multiplier:.5f}"

@@ -181,6 +181,11 @@ class Row:
     def restored(cls, document: Mapping[str, Any], path: object) -> Row:
         """A row from what a store kept.
 
+        Parameters
+        ----------
+        document : fields by name, as :meth:`stored` gave them
+        path : file of the store, for the message
+
         Raises
         ------
         InputError

@@ -199,9 +199,12 @@ def table(
 
 
 def write_rows(rows: Iterable[Row], path: str | Path) -> None:
-    """Write rows of :func:`table` to a CSV file.
+    """Write rows of :func:`table` to a CSV file, one line each, with a comment line of units below the names.
 
-    One line each, with a comment line of units below the names.
+    Parameters
+    ----------
+    rows : predicted and measured
+    path : of the file
     """
     units = {
         "source": "-", "specimen": "-", "quantity": "-", "kind": "-", "unit": "unit of reference and predicted",

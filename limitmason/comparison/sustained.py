@@ -49,6 +49,7 @@ def sustained(
 
     Parameters
     ----------
+    assembly, loads : the problem; the live loads are followed
     smallest : that state, a non-associative prediction on the same contact points; searched for where omitted
     goes_on : displacement along the live forces over the thickness, the smallest dimension of a block [-]
     search, time_limit : of the search, see :func:`limitmason.limit_analysis`

@@ -183,9 +183,9 @@ _UNUSED = {"formulas": ("fb",), "diagonal strength": ("fb",), "unit strength": (
 
 
 def _by_formulas(test: Experiment) -> tuple[float, float, str]:
-    """Smallest force by the formulas for piers [kN], 1.0 where that is rocking, and its mark.
+    """Smallest force by the formulas for piers [kN], 1.0 where that is rocking and else 0.0, and its mark.
 
-    The mark is SL for sliding and S for any other mode.
+    The mark is SL for sliding and S for any other mode. The table has MPa and mm, formulas take Pa and m.
     """
     row = test.row
     forces = wall_forces(

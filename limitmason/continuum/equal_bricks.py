@@ -33,7 +33,7 @@ class EqualBricks:
     """
 
     def __init__(self, solver: Solver) -> None:
-        """Take the middles of the bricks, and place and direction of the control displacement."""
+        """Take the middles of the bricks, and place and direction of the control displacement, from the solver."""
         mesh = solver.model.mesh
         self.solver, self.true = solver, solver.curves
         self.centre = mesh.corners.mean(axis=1)
@@ -87,7 +87,7 @@ class EqualBricks:
         self.solver.curves = self.true._replace(tension=np.where(stronger, _STRONGER, 1.0) * self.true.tension)
 
     def _release(self, last: EquilibriumState) -> None:
-        """Let bricks be as they are again where the crack in their stead has softened."""
+        """Let bricks be as they are again where the crack in their stead has softened, in the state ``last``."""
         tied = self.chosen >= 0
         if not tied.any():
             return
@@ -100,7 +100,7 @@ class EqualBricks:
         self._strengthen()
 
     def _checked(self, new: EquilibriumState) -> EquilibriumState | None:
-        """The state with the strengths as they are, None where it is then not in equilibrium."""
+        """The state ``new`` where it is in equilibrium with the strengths as they are, else None."""
         assert new.memory is not None
         with_choice, self.solver.curves = self.solver.curves, self.true
         now = self.solver.answer(new.displacement, new.memory)

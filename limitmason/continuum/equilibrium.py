@@ -22,6 +22,8 @@ _UNLOADED = 1e-3  # of the live load: the least force that a residual is over, b
 _LEAST = 0.05  # of the dead load: smallest part that Newton is tried with
 _DEAD_BREAK = 200  # most secant iterations of a jump under the dead load
 _HELD = 1e-6  # of the control displacement: how exactly it is met
+_MICRO = 1e-12  # [m]: least displacement that this is a part of
+_SAID = 20  # secant iterations from one line of progress to the next
 _NO_SLOPE = 1e-30  # [m] per unit of the multiplier: live loads that move the control point by less do not drive it
 _DIVERGED = 1e4  # residual from which an iteration is given up
 _CHUNK = 20000  # points whose law is worked out at once: bounds the memory
@@ -210,7 +212,7 @@ class Solver:
                 return None
             u, factor, now, r = self._line_search(u, factor, step, more, r, last.memory, secant)
             off = float(np.linalg.norm(r)) / self.size(factor)
-            held = target is None or abs(target - float(self.control @ u)) <= _HELD * max(abs(target), 1e-12)
+            held = target is None or abs(target - float(self.control @ u)) <= _HELD * max(abs(target), _MICRO)
             if off <= self.tolerance and held:
                 return self._node(u, factor, off, k, now)
             if not np.isfinite(off) or off > _DIVERGED:
@@ -254,12 +256,12 @@ class Solver:
             off = float(np.linalg.norm(self.unbalanced(now, factor))) / self.size(factor)
             if not np.isfinite(off):
                 return None
-            arrived = target is None or abs(target - float(self.row @ u)) <= _HELD * max(abs(target), 1e-12)
+            arrived = target is None or abs(target - float(self.row @ u)) <= _HELD * max(abs(target), _MICRO)
             if off <= self.tolerance and arrived:
                 return self._node(full, factor, off, k, now)._replace(jump=True)
             u = u + both[:, 0] + more * both[:, 1]
             patience -= 1
-            if k % 20 == 0:
+            if k % _SAID == 0:
                 say(f"  breaking on: iteration {k}, load {factor:.4g}, unbalanced {off:.1e}")
             if off < _NEAR and patience <= 0:
                 found = self.solve(last._replace(memory=memory), self.d.spread(u), factor, target, _LAST)

@@ -252,7 +252,7 @@ class Factor:
         return self.solve(right, corrections=corrections)
 
     def product(self, x: Array) -> Array:
-        """The matrix times vectors, shape (r, c)."""
+        """The matrix times the c columns of ``x``, shape (r, c)."""
         rank = self.elimination.rank
         padded = np.concatenate([x, np.zeros((1, x.shape[1]))])  # rank -1, held, takes the zero
         f = self.values @ padded[rank]

@@ -35,6 +35,7 @@ _CUT_AGAIN = 0.25  # most part where a cut before has not helped
 _AS_MUCH = 0.8  # of the error of the longer step: a cut that leaves more has not helped
 _NO_HELP = 2  # such cuts one after another, after which the longest of their steps is taken
 _CUTS = 256  # first step over the shortest one
+_ARRIVED = 1e-9  # of the way: what is left of it is rounding
 _OTHER = 10.0  # times the residual of a state from which it is taken to be of another model
 _FLAT = 1.8  # longest over shortest edge of a brick from which a warning names it
 _BREAK = 400  # secant iterations of a jump
@@ -112,7 +113,7 @@ def push(
     longest = largest or to / 30.0
     least, budget = min(step, longest) / _CUTS, max(energy_error, 3.0 * tolerance)
     status, equal = REACHED, EqualBricks(solver)
-    while (left := origin + to - nodes[-1].control) > 1e-9 * to:
+    while (left := origin + to - nodes[-1].control) > _ARRIVED * to:
         last = nodes[-1]
         solver.largest = max(abs(n.multiplier) for n in nodes)
         target = last.control + (left if left < _LAST * step else step)
@@ -150,7 +151,7 @@ def _energy_of_cracks(solver: Solver, equal: EqualBricks, last: EquilibriumState
 
 
 def _flat_bricks(model: Continuum) -> tuple[str, ...]:
-    """Warning where bricks of a solid that cracks are far from cubes: their crack band is a cube's edge."""
+    """Warning where bricks of a model that cracks are far from cubes: their crack band is a cube's edge."""
     corners = model.mesh.corners
     edges = corners.max(axis=1) - corners.min(axis=1)
     aspect = float((edges.max(axis=1) / edges.min(axis=1)).max())

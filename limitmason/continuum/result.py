@@ -100,7 +100,7 @@ class SolidCurve(Curve):
         return np.asarray(np.linalg.eigvalsh(strain_tensor(strain))[..., -1], dtype=np.float64)
 
     def vibration(self, *, sample: int = -1) -> VibratingSystem:
-        """Secant stiffness that cracks have left, for :func:`limitmason.modes`.
+        """Secant stiffness that cracks have left at a sample, for :func:`limitmason.modes`.
 
         Small motions unload and reload.
         """
@@ -127,10 +127,7 @@ class SolidCurve(Curve):
         return values.reshape(len(self.model.mesh), self.model.discretisation.per_brick, *values.shape[1:])
 
     def save(self, path: str | Path) -> None:
-        """Write the states to a numpy archive.
-
-        :func:`load_curve` reads them back for the same model.
-        """
+        """Write the states to a numpy archive at a path; :func:`load_curve` reads them for the same model."""
         arrays: dict[str, Array] = {
             "displacement": np.array([n.displacement for n in self.nodes]),
             "scalars": np.array([[getattr(n, k) for k in _SCALARS] for n in self.nodes]),

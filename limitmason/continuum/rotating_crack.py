@@ -104,6 +104,7 @@ def curves_of(materials: Sequence[Material], material: Index, width: Array) -> C
     with np.errstate(invalid="ignore"):
         # area under the curve times the width is the fracture energy: triangle up to ft, exponential after it
         softening = np.where(np.isinf(ft), np.inf, column("tensile_energy") / (width * ft) - 0.5 * ft / e)
+        # the falling parabola holds two thirds of fc times its strain
         end = np.where(np.isinf(fc), np.inf, 1.5 * column("compressive_energy") / (width * fc))
         # steeper than the elastic unloading would follow: snap-back inside a brick
         wrong = softening < 0.25 * ft / e
@@ -328,7 +329,7 @@ def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Arra
     if len(todo):
         part, ep, t, k = c.rows(todo), eps[todo], kt[todo], kc[todo]
         n, m = nu[todo], e[todo]
-        # begun at the elastic stresses, with none above the strength
+        # begun at the elastic stresses, none above the strength; 1e300 stands for infinite strength, to have numbers
         x = np.clip(sigma[todo], -1.0e300, np.minimum(part.tension, 1e300)[:, None])
         size = scale[todo]
         for _ in range(_STEPS):

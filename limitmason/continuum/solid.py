@@ -354,7 +354,14 @@ def _negative(d: Discretisation, factor: Factor, mass: Array, shift: float) -> i
 
 
 def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str, ...] = ()) -> VibratingSystem:
-    """A solid as a system that vibrates, with the factor of its stiffness, elastic or damaged."""
+    """A solid as a system that vibrates.
+
+    Parameters
+    ----------
+    model : the solid
+    factor : of its stiffness, elastic or damaged
+    label, warnings : of the system
+    """
     d = model.discretisation
     extra = np.repeat(model.lumped, 3)
     excited = np.zeros((len(model.mesh.nodes), 3, 3))

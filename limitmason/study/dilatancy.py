@@ -46,6 +46,7 @@ def dilatancy_study(
 
     Parameters
     ----------
+    assembly, loads : the structure, whose psi is replaced
     shares : psi / phi [-]; 0 and 1 are needed for the ratios
     methods : "non-associative", "dem", or others that read psi
     options : settings by method
@@ -125,6 +126,7 @@ def contact_point_study(
 
     Parameters
     ----------
+    assembly, loads : the structure, whose psi is replaced
     points : across the thickness
     shares : psi / phi [-]
     along : points along the unit

@@ -57,6 +57,10 @@ class LinkedFormulas:
     def check(self, known: Iterable[str]) -> None:
         """Refuse a formula that needs what nobody gives, and a tie of what is given.
 
+        Parameters
+        ----------
+        known : names of what is given
+
         Raises
         ------
         InputError
@@ -101,7 +105,7 @@ LARGEST = 1e300
 def _parsed(name: str, text: str) -> ast.Expression:
     """Tree of a formula that holds numbers, names, signs and known functions alone.
 
-    ``name`` is that of the quantity, for messages. Text is refused that Python could run but that is no formula.
+    ``name`` is that of the quantity, for messages. A ``text`` is refused that Python could run but that is no formula.
     """
     try:
         if len(text) > LONGEST:
@@ -128,7 +132,7 @@ def _parsed(name: str, text: str) -> ast.Expression:
 
 
 def _value(node: ast.AST, values: Mapping[str, Any]) -> Any:
-    """Value of a checked formula, ``node``, at numbers or arrays by name."""
+    """Value of a checked formula, ``node``, at ``values``, numbers or arrays by name."""
     if isinstance(node, ast.BinOp):
         return _BINARY[type(node.op)](_value(node.left, values), _value(node.right, values))
     if isinstance(node, ast.UnaryOp):

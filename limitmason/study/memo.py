@@ -120,7 +120,7 @@ class Memo:
     # ---- the file ------------------------------------------------------------------------------------------------
 
     def _read(self, data: bytes) -> None:
-        """Take over the rows of a file; a torn last line is left out."""
+        """Take over the rows of a file from its bytes; a torn last line is left out."""
         whole = data[: data.rfind(b"\n") + 1]
         if not whole:
             # a kill may have cut off the first line: what is there must begin as a header does
@@ -145,7 +145,7 @@ class Memo:
         return json.dumps({"schema": SCHEMA, "limitmason": VERSION, "of": self.of}).encode() + b"\n"
 
     def _check_header(self, line: bytes) -> None:
-        """Refuse a file that is no store, or one of another version or study."""
+        """Refuse a file whose first line says that it is no store, or one of another version or study."""
         try:
             header = json.loads(line)
         except ValueError:
@@ -167,7 +167,7 @@ class Memo:
             )
 
     def _append(self, entry: Mapping[str, Any]) -> None:
-        """Write a row behind those of all processes, the header before the first."""
+        """Write an entry, key and row, behind those of all processes, the header before the first."""
         assert self.path is not None
         line = json.dumps(entry).encode() + b"\n"
         self.path.parent.mkdir(parents=True, exist_ok=True)
@@ -189,7 +189,7 @@ class Memo:
 
 
 def _whole(file: IO[bytes]) -> int:
-    """Cut off what follows the last whole line, and return where it ends."""
+    """Cut off what follows the last whole line of an open file, and return where that ends [bytes]."""
     end = file.seek(0, os.SEEK_END)
     if end:
         file.seek(end - 1)

@@ -155,6 +155,11 @@ def _truncations(joints: Mapping[str, Random], blocks: Mapping[str, Random]) -> 
 def curves_of(table: Table, column: str = "curve") -> list[Curve]:
     """Curves of the samples that have one.
 
+    Parameters
+    ----------
+    table : of a Monte Carlo study whose run returned curves
+    column : that holds them
+
     Raises
     ------
     InputError
@@ -227,7 +232,7 @@ def _variables(
 def _independent(names: Sequence[str], samples: int, seed: int) -> Array:
     """Probabilities at which what is drawn once is read, from 0 to 1, shape (samples, names).
 
-    Every name and sample has random numbers of its own, so that another name or a longer study changes none.
+    Every name and sample has random numbers of its own, by the seed: another name or a longer study changes none.
     """
     out = np.zeros((samples, len(names)))
     for place, name in enumerate(names):

@@ -193,7 +193,7 @@ class _Digest:
             self.feed_attribute(function.__qualname__, name, value)
 
     def feed_class(self, kind: type) -> None:
-        """Add a class: by name where it is installed, else with its code too."""
+        """Add a class, ``kind``: by name where it is installed, else with its code too."""
         self.tag("class", kind.__module__ if _installed(kind.__module__) else "", kind.__qualname__)
         if _installed(kind.__module__):
             return
@@ -204,7 +204,7 @@ class _Digest:
                 self.feed_attribute(kind.__qualname__, name, value)
 
     def feed_object(self, value: Any) -> None:
-        """Add an object by its class and its fields."""
+        """Add an object by its class and its fields; one without content of its own is refused."""
         kind = type(value)
         if isinstance(value, np.random.Generator):
             self.tag("generator")

@@ -69,6 +69,11 @@ class Running(ReadOnly):
 def running(table: Table, column: str) -> Running:
     """Mean and spread of a column as the runs come, in the order of the samples.
 
+    Parameters
+    ----------
+    table : a row per run
+    column : name of a column of numbers; rows without a finite one are left out
+
     Raises
     ------
     InputError

@@ -130,7 +130,7 @@ def _table(rows: Mapping[int, Mapping[str, Any]], end: int, units: Mapping[str, 
 
 
 def _points(parameters: Any) -> list[dict[str, Any]]:
-    """Points of a sweep: all combinations of lists of values, or the points as given."""
+    """Points of a sweep, from its ``parameters``: all combinations of lists of values, or the points as given."""
     if isinstance(parameters, Mapping):
         for name, given in parameters.items():
             if isinstance(given, str) or not isinstance(given, Iterable):

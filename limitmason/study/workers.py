@@ -91,7 +91,13 @@ def _call(function: Callable[..., Any], point: Mapping[str, Any]) -> Any:
 
 
 def _chunk(function: Callable[..., Any], jobs: Sequence[Job]) -> _Done:
-    """Calls in a worker, one after another: what was done before an error is not lost with it."""
+    """Calls in a worker, one after another: what was done before an error is not lost with it.
+
+    Parameters
+    ----------
+    function : called with the keywords of every job
+    jobs : number and keywords of every call
+    """
     begun = time.perf_counter()
     results: list[tuple[int, Any]] = []
     for number, point in jobs:
@@ -171,6 +177,12 @@ def _on_executor(function: Callable[..., Any], jobs: Sequence[Job], executor: An
     """Numbered results of calls on an executor, in chunks where the first call is back soon.
 
     It is waited for during ``PATIENCE``; a call that takes longer goes by itself, as if it took ``CHUNK``.
+
+    Parameters
+    ----------
+    function : called with the keywords of every job
+    jobs : number and keywords of every call
+    executor : with a ``submit`` method
     """
     if not jobs:
         return
