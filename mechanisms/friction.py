@@ -83,10 +83,10 @@ def bed_joint_friction(
         raise InputError(f"crossed must be at least one course, got {crossed!r}")
     n, h = crossed, course_height
     return FrictionSums(
-        friction * unit_weight * thickness * staggering * h * n * (n + 1) / 2.0,
-        base_height + h * (n - 1) / 3.0,
-        friction * overload * staggering * n,
-        base_height + h * (n - 1) / 2.0,
+        weight=friction * unit_weight * thickness * staggering * h * n * (n + 1) / 2.0,
+        weight_height=base_height + h * (n - 1) / 3.0,
+        overload=friction * overload * staggering * n,
+        overload_height=base_height + h * (n - 1) / 2.0,
     )
 
 

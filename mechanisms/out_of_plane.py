@@ -260,7 +260,10 @@ def _stepped(seen: ReadParameters, hinge_courses: int | None) -> Prediction:
     own = joint_friction(f.changed(side_overload=0.0), joints)
     load = joint_friction(f, joints) - own
     arm = (n - joints) * h
-    sums = FrictionSums(float(own.sum()), _mean(arm, own), float(load.sum()), _mean(arm, load))
+    sums = FrictionSums(
+        weight=float(own.sum()), weight_height=_mean(arm, own),
+        overload=float(load.sum()), overload_height=_mean(arm, load),
+    )
     width, crossed = len(steps) * f.steepest_crack * h, max(steps, default=0)
     bracket = (
         min(best_steps(f, k, reduction=0.0).multiplier for k in hinges),

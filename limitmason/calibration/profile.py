@@ -182,12 +182,12 @@ def furthest(j: Array, r: Array, limit: float, axis: int, sign: int, low: Array,
     sign : the side: 1 above, -1 below
     low, high : the box of the move, shape (p,)
     """
-    d, free = np.zeros(len(low)), np.ones(len(low), dtype=bool)
+    d, free = np.zeros(len(low)), np.ones(len(low), dtype=bool)  # free: not held at an end of the box
     stop = float(high[axis] if sign > 0 else low[axis])
     # a parameter that the data do not see: its move is ended by the box
     floor = _REGULAR * float((j * j).sum(axis=0).max()) + 1e-30
     while True:
-        own, at = j[:, free], int(np.count_nonzero(free[:axis]))
+        own, at = j[:, free], int(np.count_nonzero(free[:axis]))  # slopes of the free ones, place of the axis in them
         rest = r + j[:, ~free] @ d[~free]
         inverse = np.linalg.inv(own.T @ own + floor * np.eye(own.shape[1]))
         centre = -inverse @ (own.T @ rest)
@@ -195,6 +195,7 @@ def furthest(j: Array, r: Array, limit: float, axis: int, sign: int, low: Array,
         # the far point of the ellipsoid along the axis, or the end of the box
         to = sign * min(sign * float(centre[at]) + math.sqrt(reach * inverse[at, at]), sign * stop)
         d[free] = centre + inverse[:, at] / inverse[at, at] * (to - centre[at])
+        # how far each leaves the box; the axis itself was cut above
         over = np.maximum(low - d, d - high)
         over[axis] = over[~free] = 0.0
         worst = int(np.argmax(over))

@@ -184,7 +184,8 @@ class Fit(ReadOnly):
     def predict(self, other: Model, *, level: float | None = None) -> dict[str, Predicted]:
         """What another model gives at the fitted parameters, with the interval they leave.
 
-        value exp(+- z d), d^2 = g' C g with g the slopes of its logarithm (of the value where it is not positive)
+        value exp(+- z d), d^2 = g' C g with z the normal quantile of the level, C the covariance of the parameters and
+        g the slopes of the value's logarithm; value +- z d, by its own slopes, where it is not positive
 
         Parameters
         ----------

@@ -214,8 +214,8 @@ def write_rows(rows: Iterable[Row], path: str | Path) -> None:
     lines = []
     for r in rows:
         reference = NAN if r.reference is None else float(r.reference)
-        values = [r.source, r.specimen, r.quantity, r.kind, r.unit, reference, r.predicted, r.ratio]
-        lines.append([*values, r.method, r.flow_rule, r.status, f"{r.seconds:.3f}"])
+        shown = {"reference": reference, "seconds": f"{r.seconds:.3f}"}
+        lines.append([shown[name] if name in shown else getattr(r, name) for name in units])
     write_table(path, units, lines)
 
 

@@ -126,6 +126,7 @@ class Discretisation:
         ----------
         tangent : [Pa], shape (m, q, 6, 6), or (6, 6) per material, shape (k, 6, 6)
         """
+        # integral of B^T D B, as B^T times D B over all points of a brick at once
         n = self.unknowns.shape[1]
         values = np.empty((len(self.mesh), n, n))
         by_material = tangent.ndim == 3
@@ -157,10 +158,11 @@ class Discretisation:
         if self.points < 3:  # products of shape functions need the finer rule
             fine = Discretisation(self.mesh, self.held.reshape(-1, 3), 3)
             shape, volume = fine._shape, fine.volume
+        # integral of rho N_a N_b, the same along x, y and z
         rho = density[self.mesh.material]
-        one = np.einsum("aq,mq,bq->mab", shape, volume * rho[:, None], shape, optimize=True)
+        between_nodes = np.einsum("aq,mq,bq->mab", shape, volume * rho[:, None], shape, optimize=True)
         for i in range(3):
-            values[:, :, i, :, i] = one
+            values[:, :, i, :, i] = between_nodes
         out = values.reshape(len(self.mesh), 3 * n, 3 * n)
         if extra is not None:  # the mass of an unknown goes to the diagonal of the first brick that has this unknown
             unknown, first = np.unique(self.unknowns, return_index=True)

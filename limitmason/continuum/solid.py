@@ -364,11 +364,13 @@ def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str,
     """
     d = model.discretisation
     extra = np.repeat(model.lumped, 3)
+    # inertial force of every node per acceleration of the ground along x, y and z [kg]
     excited = np.zeros((len(model.mesh.nodes), 3, 3))
     for i, along in enumerate(np.eye(3)):
         force = d.body_force(model.brick_densities[:, None] * along)
         excited[..., i] = (force + extra * np.tile(along, len(excited))).reshape(-1, 3)
     mass = d.mass(model.densities, extra)
+    # solutions are not corrected: the iteration for modes corrects itself
     return VibratingSystem(
         stiffness=d.assembled(factor.values), mass=d.assembled(mass), excited=excited.reshape(-1, 3)[d.order],
         spread=partial(_at_nodes, d), carrier=NodeCarrier(model), total=np.full(3, model.mass), label=label,

@@ -171,6 +171,7 @@ def _at_points(
     points : across a joint
     """
     if method == ASSOCIATIVE:
+        # a plane problem would leave the points across the thickness out
         grid = {"contact_model": "grid", "grid": (along, points), "in_plane": False}
         return get_method(method).row(assembly, loads, grid)
     settings = {"contact_points": (along, points), **options}

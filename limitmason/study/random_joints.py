@@ -188,8 +188,10 @@ def check_links(links: Mapping[str, str], joints: Mapping[str, Random]) -> Linke
         raise InputError(f"a link needs {unknown[0]!r}, which is no property of a joint")
     if "friction_angle_deg" not in ties.formulas:
         return ties
+    # psi is truncated at phi as it is drawn, when a linked phi is not known yet
     if "dilatancy_angle_deg" in joints or "dilatancy_angle_deg" in ties.needs:
         raise InputError("friction_angle_deg is linked: draw dilatancy_ratio, and need friction_angle_deg in its links")
+    # the coefficient of a linked angle is that of the link, not the joint's own
     if "friction_coefficient" in ties.needs:
         return LinkedFormulas({**links, "friction_coefficient": "tan(radians(friction_angle_deg))"})
     return ties
