@@ -182,9 +182,7 @@ def inclined_hinge(
     side_walls: int | None = None,
     crack_tangent: float | None = None,
 ) -> Prediction:
-    """Return a facade held at its ends that turns about inclined hinges.
-
-    Its joints have no torsion.
+    """Return a facade held at its ends that turns about inclined hinges, with no torsion in its joints.
 
         one side wall    (t/H)(L - H tan(a)/2) / (L - 2 H tan(a)/3)
         two side walls   the same with L/2 in place of L
@@ -205,9 +203,10 @@ def inclined_hinge(
 
     Notes
     -----
-    Derived (docs/mechanisms.md, section 8): the friction-free case of mechanism D with the hinge at the foot and no
-    overload. The multiplier falls to t/H as a -> 0; what makes a steep hinge dear is the torsion that this formula
-    leaves out (:func:`mechanisms.horizontal_flexure`). It stands for the facades of Rondelet's rule.
+    Derived (docs/mechanisms.md, section 8): the friction-free case of mechanism D with the hinge at the foot. The
+    formula is that without overload; one that the facade has is counted. The multiplier falls to t/H as a -> 0. What
+    makes a steep hinge dear is the torsion that is left out here (:func:`mechanisms.horizontal_flexure`). It stands for
+    the facades of Rondelet's rule.
     """
     seen = read(facade, loads, side_walls=side_walls)
     f = seen.facade
@@ -218,8 +217,7 @@ def inclined_hinge(
     tangent = diagonal if crack_tangent is None else crack_tangent
     if not 0.0 < tangent <= diagonal * (1.0 + ROUNDING):
         raise InputError(f"crack_tangent must be above 0 and at most L/H = {diagonal:g}, got {crack_tangent!r}")
-    terms = flexure_terms(f, f.courses, 0.0)
-    value = terms.at(tangent)
+    value = flexure_terms(f, f.courses, radius=0.0).at(tangent)  # friction without an arm resists nothing
     twists = None
     if seen.assembly is not None and seen.loads is not None:
         twists = flexure_twists(seen.assembly, seen.loads, foot_level(seen.assembly), tangent)

@@ -119,7 +119,8 @@ def secants(objective: Objective, x: Array, r: Array, moves: Array, axes: Sequen
     moves : size of the move of every parameter, shape (p,): upwards, or down where the bound above is in the way
     axes : numbers of the k parameters to move; all where omitted
     """
-    scale, points, axes = objective.scale, [], range(len(x)) if axes is None else axes
+    scale, points = objective.scale, []
+    axes = range(len(x)) if axes is None else axes
     for k in axes:
         y = x.copy()
         # down only where the bound above is in the way and there is more room below

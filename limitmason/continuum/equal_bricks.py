@@ -156,6 +156,7 @@ class EqualBricks:
             most = row[reached >= (1.0 - _EQUAL) * reached.max()]
             if reached.max() > 0.0:
                 break
+        # the middle of all tied bricks that crack across the same direction; of equally near ones the furthest behind
         x, all_along = self.centre @ along, np.abs(normal[bricks] @ along) > ALONG
         off = np.abs(x[most] - x[bricks[all_along]].mean())
         near = most[off <= off.min() + _SAME_PLACE * max(float(np.ptp(x)), 1e-300)]

@@ -365,7 +365,7 @@ def _shares(
 
 
 def _changed(joint: Joint, drawn: Mapping[str, float]) -> Joint:
-    """The joint with drawn properties, values by their names; its dilatancy angle comes down to its friction angle."""
+    """The joint with drawn properties, values by name; a psi larger than its phi comes down to it."""
     own: dict[str, Any] = {k: v for k, v in drawn.items() if k not in ("friction_coefficient", "dilatancy_ratio")}
     if "friction_coefficient" in drawn:
         own["friction_angle_deg"] = math.degrees(math.atan(drawn["friction_coefficient"]))
