@@ -22,7 +22,7 @@ Spectrum = GroundSpectrum | FloorSpectrum | RecordSpectrum
 _GROUNDS = 401  # accelerations from 0 to LARGEST_AG, 0.005 g apart, between which a demand is sought; chosen
 _AT_ONCE = 0.01  # of d0: a loss within it is sudden; chosen
 _MOST_LOST = 0.5  # of the capacity: what is lost at once where less is left, C8.7.1.2.1
-_STILL = 0.01  # of the largest multiplier: a capacity below it is none that could be lost; chosen
+_STILL = 0.01  # of the largest acceleration: a capacity below it is none that could be lost; chosen
 
 DAMPING = {"SLV": 0.08, "SLC": 0.10}
 """Of the mechanism, by limit state [-]."""
@@ -111,14 +111,14 @@ def capacity_of(
     d: dict[str, float] = {}
     a, period = dict(d), dict(d)
     if path is not None:
-        along, alpha = path[0] * abs(second / (at_control * first)), path[1] * to_a
-        d0 = _zero(along, alpha)
-        lost = _lost_at(along, alpha, d0)
+        along, acceleration = path[0] * abs(second / (at_control * first)), path[1] * to_a
+        d0 = _zero(along, acceleration)
+        lost = _lost_at(along, acceleration, d0)
         for state, part in SHARES.items():
-            d[state], a[state] = part * d0, float(np.interp(part * d0, along, alpha))
+            d[state], a[state] = part * d0, float(np.interp(part * d0, along, acceleration))
             # life safety ends earlier where the capacity breaks off
             if state == "SLV" and lost is not None and along[lost] < d[state]:
-                d[state], a[state] = float(along[lost]), float(alpha[lost])
+                d[state], a[state] = float(along[lost]), float(acceleration[lost])
             period[state] = PERIODS[state] * math.pi * math.sqrt(d[state] / a[state])
             asked = partial(_excess, period[state], DAMPING[state], d[state])
             ag[state] = _reached(spectra[state], asked)
@@ -151,42 +151,42 @@ def _reached(spectrum: Spectrum, excess: Callable[[Spectrum], float]) -> float:
     return math.inf
 
 
-def _zero(along: Array, alpha: Array) -> float:
+def _zero(along: Array, a: Array) -> float:
     """Displacement behind the peak at which the curve comes down to zero, between two samples.
 
     Parameters
     ----------
-    along, alpha : displacement [m] and multiplier [-] of every sample, shape (n,)
+    along, a : displacement [m] and acceleration [m/s2] of every sample, shape (n,)
     """
     # a curve of elastic joints begins at zero too
-    peak = int(np.argmax(alpha))
-    below = peak + np.flatnonzero(alpha[peak:] <= 0.0)
-    if not len(below) or not alpha[peak] > 0.0:
+    peak = int(np.argmax(a))
+    below = peak + np.flatnonzero(a[peak:] <= 0.0)
+    if not len(below) or not a[peak] > 0.0:
         raise InputError(
-            f"the curve ends at alpha = {alpha[-1] / alpha.max():.2f} of its largest: follow it to where it is zero"
+            f"the curve ends at alpha = {a[-1] / a.max():.2f} of its largest: follow it to where it is zero"
         )
     k = int(below[0])
-    return float(along[k - 1] + (along[k] - along[k - 1]) * alpha[k - 1] / (alpha[k - 1] - alpha[k]))
+    return float(along[k - 1] + (along[k] - along[k - 1]) * a[k - 1] / (a[k - 1] - a[k]))
 
 
-def _lost_at(along: Array, alpha: Array, d0: float) -> int | None:
+def _lost_at(along: Array, a: Array, d0: float) -> int | None:
     """Sample from which more than half of the capacity is lost at once, over a hundredth of d0 at most.
 
     Parameters
     ----------
     along : displacement of every sample [m], shape (n,)
-    alpha : its multiplier [-], shape (n,)
+    a : acceleration of every sample [m/s2], shape (n,)
     d0 : displacement at zero capacity [m]
     """
     # last sample within that reach of each; a path may turn back, where the furthest it came counts
     forward = np.maximum.accumulate(along)
     last = np.searchsorted(forward, forward + _AT_ONCE * d0, side="right") - 1
-    sudden = np.flatnonzero((alpha[last] < _MOST_LOST * alpha) & (alpha > _STILL * alpha.max()))
+    sudden = np.flatnonzero((a[last] < _MOST_LOST * a) & (a > _STILL * a.max()))
     if not len(sudden):
         return None
     first = int(sudden[0])
     # the steepest step of it
-    return first + int(np.argmin(np.diff(alpha[first : last[first] + 1])))
+    return first + int(np.argmin(np.diff(a[first : last[first] + 1])))
 
 
 def peak_of(spectrum: Any) -> float:

@@ -94,7 +94,7 @@ class EqualBricks:
         assert last.memory is not None
         strain = self._per_brick(np.asarray(np.linalg.eigvalsh(last.memory.tension)[:, -1])).max(axis=1)
         first = self._per_brick(self.true.tension / self.true.modulus)[:, 0]
-        # strain at which the exponential branch has fallen to that share of the strength
+        # bricks past the strain at which the exponential branch has fallen to that share of the strength
         soft = strain > first + np.log(1.0 / _SOFTENED) * self._per_brick(self.true.softening)[:, 0]
         self.chosen[tied & soft[self.chosen]] = -1
         self._strengthen()
