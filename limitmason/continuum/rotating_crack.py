@@ -164,12 +164,9 @@ def envelope(c: Curves, strain: Array) -> tuple[Array, Array, Array]:
         rise, t = 4.0 * f / (3.0 * modulus), np.minimum(t, 1.0)
         stress[crushed] = -np.where(rising, f / 3.0 * (1.0 + 4.0 * t - 2.0 * t * t), f * (1.0 - s * s))
         slope[crushed] = np.where(rising, f / 3.0 * (4.0 - 4.0 * t) / rise, np.where(gone, 0.0, -2.0 * f * s / end))
-        # triangle up to fc / 3, the part of the rising branch, the part of the falling one
-        area[crushed] = (
-            f * f / (18.0 * modulus)
-            + f / 3.0 * rise * (t + 2.0 * t * t - 2.0 / 3.0 * t**3)
-            + f * end * (s - s**3 / 3.0)
-        )
+        # triangle up to fc / 3, then what lies under both branches
+        on_rising, on_falling = f / 3.0 * rise * (t + 2.0 * t * t - 2.0 / 3.0 * t**3), f * end * (s - s**3 / 3.0)
+        area[crushed] = f * f / (18.0 * modulus) + on_rising + on_falling
     return stress, slope, area
 
 
@@ -327,32 +324,35 @@ def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Arra
     scale = np.maximum(np.abs(sigma).max(axis=1), 1e-9 * c.modulus * 1e-6)
     todo = np.flatnonzero(off > _FITS * scale)
     if len(todo):
-        part, ep, t, k = c.rows(todo), eps[todo], kt[todo], kc[todo]
-        n, m = nu[todo], e[todo]
+        part, strain, over_e, size = c.rows(todo), eps[todo], (nu / e)[todo], scale[todo]
+        tension, compression = kt[todo], kc[todo]
+
+        def law(x: Array) -> tuple[Array, Array, Array]:
+            """Equivalent strains that stresses x make, and stress and slope of the curves there, shape (k, 3) each."""
+            equivalent = strain + over_e * (x @ _COUPLING)
+            return equivalent, *uniaxial(part, equivalent, tension, compression)
+
         # begun at the elastic stresses, none above the strength; 1e300 stands for infinite strength, to have numbers
         x = np.clip(sigma[todo], -1.0e300, np.minimum(part.tension, 1e300)[:, None])
-        size = scale[todo]
         for _ in range(_STEPS):
-            f, slopes = uniaxial(part, ep + n / m * (x @ _COUPLING), t, k)
-            r = x - f
+            _, on_curve, slopes = law(x)
+            r = x - on_curve
             worst = np.abs(r).max(axis=1)
             left = worst > _SOLVED * size
             if not left.any():
                 break
-            matrix = np.eye(3) - (n / m)[:, :, None] * slopes[:, :, None] * _COUPLING
+            matrix = np.eye(3) - over_e[:, :, None] * slopes[:, :, None] * _COUPLING
             step = np.linalg.solve(matrix, -r[..., None])[..., 0]
             factor = np.ones(len(x))
             for _ in range(_HALVINGS):  # halve what does not come nearer
                 tried = x + factor[:, None] * step
-                g, _slope = uniaxial(part, ep + n / m * (tried @ _COUPLING), t, k)
-                bad = (np.abs(tried - g).max(axis=1) > worst * (1.0 - _GAIN * factor)) & left
+                bad = (np.abs(tried - law(tried)[1]).max(axis=1) > worst * (1.0 - _GAIN * factor)) & left
                 if not bad.any():
                     break
                 factor[bad] *= 0.5
             x = np.where(left[:, None], x + factor[:, None] * step, x)
         sigma[todo] = x
-        equivalent[todo] = ep + n / m * (x @ _COUPLING)
-        stress[todo], slope[todo] = uniaxial(part, equivalent[todo], t, k)
+        equivalent[todo], stress[todo], slope[todo] = law(x)
     return stress, equivalent, slope
 
 
