@@ -157,6 +157,7 @@ class Fit(ReadOnly):
         scale = self.objective.scale
         held = self.information.to_sides <= scale.resolution
         if self.ends is not None:
+            # an interval of the level reaches as many deviations as the rise is over the variance, the root of it
             best = self.minimum
             reach = math.sqrt(self.objective.rise(best, self.level) / self.objective.variance(best)) * scale.resolution
             away = np.abs(self.ends - best.x[:, None]).T

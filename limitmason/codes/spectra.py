@@ -225,9 +225,14 @@ class RecordSpectrum:
         return replace(self, record=np.asarray(self.record) * (ag / self.ag), ag=ag)
 
     def displacement(self, period: float, damping: float = 0.05) -> float:
-        """Largest displacement of oscillators from ``least`` to a period, 40 of them [m].
+        """Largest displacement of oscillators of periods from ``least`` on [m].
 
-        Linear between samples. The oscillators swing on after the record.
+        The record is linear between samples. The oscillators swing on after it.
+
+        Parameters
+        ----------
+        period : the longest [s]
+        damping : part of the critical one [-]
         """
         periods = np.geomspace(min(self.least, period), period, _PERIODS)
         return float(ResponseSpectrum.of_record(self.record, self.sample_step, periods, damping).displacement.max())

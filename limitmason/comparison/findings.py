@@ -45,7 +45,7 @@ class Answers:
     """The rows of one question by what they mean: the associative, the smallest admissible, a mechanism, others."""
 
     def __init__(self, rows: Sequence[Row]) -> None:
-        """Sort the answers by what theory they are of."""
+        """Sort the answers by what theory they are of; of two by one theory the first row counts."""
         self.rows = tuple(rows)
         self.asked = {get_method(r.method).theorem: r for r in reversed(self.rows)}
         solved = {get_method(r.method).theorem: r for r in reversed(self.rows) if r.solved}
@@ -65,6 +65,7 @@ class Answers:
             return ""
         # a simulation without a range of errors is judged by its value
         low, high = (end if math.isfinite(end) else row.multiplier for end in (row.low, row.high))
+        # beyond one end it lies outside, wherever the other one is; inside takes both
         if self.upper and low > self.upper.multiplier * (1.0 + _SAME):
             return f"above by {low / self.upper.multiplier - 1.0:.2%}"
         if self.lower and high < (floor := _floor(self.lower)) * (1.0 - _SAME):

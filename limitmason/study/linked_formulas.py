@@ -73,7 +73,11 @@ class LinkedFormulas:
             raise InputError(f"{twice[0]!r} is tied and given: leave one of them out")
 
     def __call__(self, values: Mapping[str, Any]) -> dict[str, Any]:
-        """The values with those linked to them; arrays element by element.
+        """The values with those linked to them.
+
+        Parameters
+        ----------
+        values : numbers or arrays by name; formulas go through arrays element by element
 
         Raises
         ------
