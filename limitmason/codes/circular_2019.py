@@ -207,7 +207,7 @@ def _check_weights(assembly: Assembly, loads: Loads) -> None:
 
 
 def _check_units(curve: Curve) -> None:
-    """Refuse a curve that is not alpha over metres, nor one of this package that knows its ``unit``."""
+    """Refuse a curve that is not over metres, or is of forces and does not know its ``unit``, that at alpha = 1."""
     if curve.displacement_unit != "m" or (curve.load_unit != "-" and not hasattr(curve, "unit")):
         raise InputError(
             f"curve: it is in {curve.load_unit} over {curve.displacement_unit}; alpha has load_unit='-', over m: "
