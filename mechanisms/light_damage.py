@@ -12,7 +12,13 @@ from limitmason.errors import InputError
 
 
 class LightDamage(NamedTuple):
-    """Load [N] and displacement [m] at the limit state, and the initial stiffness that it is measured by [N/m]."""
+    """The limit state on a curve.
+
+    Parameters
+    ----------
+    load, displacement : at it [N], [m]
+    initial_stiffness : that it is measured by [N/m]
+    """
 
     load: float
     displacement: float

@@ -26,7 +26,13 @@ class SmallestValue(NamedTuple):
 
 
 class PowerRatio(NamedTuple):
-    """Multiplier of one hinge as N(s) / D(s), s the crack's tangent: coefficients of 1, s, s^2, and its friction."""
+    """Multiplier of one hinge as N(s) / D(s), s the crack's tangent.
+
+    Parameters
+    ----------
+    numerator, denominator : coefficients of 1, s, s^2 in the powers that resist and drive, shape (3,) each
+    friction : of the joints that the crack crosses
+    """
 
     numerator: Array
     denominator: Array

@@ -26,9 +26,14 @@ _ENDS = {"upper": "associative", "admissible": "smallest admissible"}
 
 
 class Finding(NamedTuple):
-    """One demand of theory: "holds", "open", "BROKEN" or "not checked", in words, of the answer by a method.
+    """One demand of theory on an answer.
 
-    A ``theorem`` can be broken by a mistake of a program alone.
+    Parameters
+    ----------
+    state : "holds", "open", "BROKEN" or "not checked"
+    text : the demand and its numbers, in words
+    method : by which the answer is
+    theorem : whether a mistake of a program alone can break it
     """
 
     state: str

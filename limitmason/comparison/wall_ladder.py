@@ -54,10 +54,17 @@ NINETY = 1.645  # normal deviates of a 90 % interval
 class WallPrediction(NamedTuple):
     """Answer of a model for a wall.
 
-    ``force`` [kN] at the medians of the inputs; ``spread``, standard deviation of its logarithm from the inputs, NaN
-    where they were not moved; ``rocks``, force over that of the wall rocking in one piece, but 1 or 0 of formulas and
-    curves, which name the mode themselves; ``inside``, the mode by what gave way inside the wall, see
-    :func:`wall_modes.mode_inside`; ``status`` says why there is none.
+    Parameters
+    ----------
+    wall : its number
+    method : a model of ``LADDER``
+    force : at the medians of the inputs [kN]
+    spread : standard deviation of its logarithm from the inputs, NaN where they were not moved [-]
+    rocks : force over that of the wall rocking in one piece [-], but 1 or 0 of formulas and curves, which name the mode
+        themselves
+    inside : the mode by what gave way inside the wall, see :func:`wall_modes.mode_inside`
+    status : "solved", or why there is no answer
+    seconds : processor time
     """
 
     wall: str

@@ -22,9 +22,13 @@ _EXACT = 1e-12  # of its solution: a step below it ends the iteration, that is r
 
 
 class CrackEnergy(NamedTuple):
-    """Energy that cracks have taken, and what single cracks of the same openings take [J].
+    """Energy that cracks have taken, beside that of single cracks.
 
-    ``place`` is the middle of a brick where the two differ most [m], shape (3,).
+    Parameters
+    ----------
+    taken : by the cracks [J]
+    of_one : what one crack of the same opening takes in each row of points, in all [J]
+    place : middle of a brick where the two differ most [m], shape (3,)
     """
 
     taken: float

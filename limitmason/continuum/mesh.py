@@ -31,9 +31,12 @@ CORNERS = np.array([[1, 1, 1], [1, 1, 0], [1, 0, 1], [0, 1, 1], [1, 0, 0], [0, 1
 
 
 class Box(NamedTuple):
-    """An axis-aligned box [m].
+    """An axis-aligned box.
 
-    Lowest and highest corner, shape (3,) each, and what it is made of.
+    Parameters
+    ----------
+    low, high : lowest and highest corner [m], shape (3,) each
+    material : number of what it is made of
     """
 
     low: Array

@@ -313,7 +313,7 @@ class Continuum(ReadOnly):
 
 @dataclass(frozen=True, eq=False)
 class NodeCarrier(ReadOnly):
-    """Shapes of nodes, shape (n, 3)."""
+    """Nodes of a solid as what carries the shapes of its modes, shape (n, 3)."""
 
     model: Continuum
 
