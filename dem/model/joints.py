@@ -266,7 +266,8 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
     # as an opening, so that the kernel compares displacements
     out[:, LAW.crushing] = peak.crushing / out[:, LAW.kn]
     out[:, LAW.by_opening], out[:, LAW.by_slip], out[:, LAW.dash] = by_opening, by_slip, dash
-    out[:, LAW.secant] = [j.unloading is Unloading.SECANT for j in laws]
+    # a joint whose opening does no damage has lost no tension that could unload otherwise than by its stiffness
+    out[:, LAW.secant] = (by_opening > 0.0) & [j.unloading is Unloading.SECANT for j in laws]
     # a joint that does not dilate is never lifted, for an infinite slip either
     out[:, LAW.lift] = peak.tan_psi * np.where(peak.tan_psi > 0.0, dilatant, 0.0)
     for row, joint in zip(out, laws, strict=True):

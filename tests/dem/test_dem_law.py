@@ -225,6 +225,18 @@ def test_elastic_unloading_keeps_its_stiffness():
 
 
 @pytest.mark.parametrize("unloading", ["elastic", "secant"])
+@pytest.mark.parametrize("damage", [{}, {"cohesion": 1e5, "fracture_energy_shear": 50.0}])
+def test_a_joint_whose_tension_is_never_lost_bears_a_block_by_its_stiffness(damage, unloading):
+    """A block of weight W at rest on an area A has sunk by W / (kn A) and stores W^2 / (2 kn A)."""
+    joint = lm.Joint(35.0, normal_stiffness=KN, shear_stiffness=KS, unloading=unloading, **damage)
+    block = on_slab([((0, 0, 0), (0.2, 0.3, 0.4))], joint=joint)
+    h = dem.simulate(block, [dem.Settle()])
+    weight, area = block.weights[1], 0.06
+    assert h.displacement_of(1)[-1, 2] == pytest.approx(-weight / (KN * area), rel=1e-3)
+    assert h["elastic"][-1] == pytest.approx(weight**2 / (2.0 * KN * area), rel=1e-3)
+
+
+@pytest.mark.parametrize("unloading", ["elastic", "secant"])
 def test_no_loop_of_opening_and_slip_makes_energy(unloading):
     joint = bonded(fracture_energy_tension=40.0, fracture_energy_shear=150.0, unloading=unloading)
     s = np.linspace(0.0, 6 * np.pi, 30_000)
