@@ -1,15 +1,20 @@
 """Compiled functions of the explicit distinct element method, one subject to a file; only these import each other.
 
-``joint_law`` is the joint law at a point and ``added_terms`` the terms that are added to it, ``sums`` adds it up over
-the points of a joint, ``kinematics`` says how the blocks of a joint lie to each other, ``joint_forces`` brings the sums
-to the blocks, ``ties`` the pull of rods, ``deformed`` what goes with blocks that strain, ``stepping`` moves these and
-``team`` lets threads share that, ``measure`` reads a position without changing it, ``spring_stiffness`` says how
-stiffly its joints hold a block, ``contact_geometry`` finds where pieces touch, ``internal_edges`` the faces that go on
-from one block to the next, ``pivots`` the joints that bear on an edge, ``outlines`` whose edges end a joint,
-``cutting`` makes the points of joints that are cut and ``point_transfer`` gives them what the old ones carried;
-``arrays`` is what all of them see. ``zones`` has the forces of blocks cut into zones in the plane, with the same joint
-law, ``zone_plasticity`` returns a zone's stress to its strength (Mohr-Coulomb), ``zone_motion`` moves zones,
-``zone_measure`` reads them.
+- ``arrays`` and ``zone_arrays``: what all of them see of a model. ``compiled``: how they are compiled.
+- ``joint_law``: the joint law at a point. ``joint_strength``: what a joint's row says of its strength. ``added_terms``:
+  the terms that are added to the law.
+- ``sums``: the law added up over the points of a joint. ``kinematics``: how the blocks of a joint lie to each other.
+- ``joint_forces``: these sums brought to the blocks. ``ties``: the pull of rods. ``deformed``: what goes with blocks
+  that strain.
+- ``stepping``: steps of the blocks. ``rotations``: quaternions and spins. ``local_damping``: what it takes of a force.
+  ``team``: threads that share a step.
+- ``measure``: forces and energy of a position. ``spring_stiffness``: how stiffly its joints hold a block.
+- ``pieces``: convex pieces where they stand now. ``contact_geometry``: where they touch. ``internal_edges``: faces that
+  go on from one block to the next.
+- ``outlines``: whose edges end a joint. ``pivots``: joints that bear on an edge.
+- ``cutting``: points of joints that are cut. ``point_transfer``: what they take over from the old ones.
+- ``zones``: forces of blocks cut into zones in the plane, with the same joint law. ``zone_plasticity``: the return of a
+  zone's stress to its strength (Mohr-Coulomb). ``zone_motion``: steps of zones. ``zone_measure``: what they bear.
 
 Rule: a compiled function of ``dem`` stands in this package, is made by ``compiled.kernel`` and uses nothing from
 outside but numpy and numba. What is kept on disk is stamped with the content of all files of the package and of the
@@ -57,8 +62,9 @@ from dem.kernels.outlines import SolidArrays, find_ends
 from dem.kernels.pieces import Meetings, NearPairs, PieceArrays, face_planes, place_pieces, relative_motion
 from dem.kernels.pivots import OF_A, OF_B, OF_BOTH, ON_A, UNKNOWN, bearing_ends
 from dem.kernels.point_transfer import Heirs, Testators, inherit, keep_energy
+from dem.kernels.rotations import rotation_of
 from dem.kernels.spring_stiffness import add_springs
-from dem.kernels.stepping import advance, rotation_of
+from dem.kernels.stepping import advance
 from dem.kernels.team import SHUT, threads_allowed
 from dem.kernels.ties import add_tie_forces
 

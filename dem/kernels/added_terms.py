@@ -25,7 +25,11 @@ for _name, _term in ADDED.items():
 
 
 def _composed() -> dict[str, Any]:
-    """Functions of a law's row and of a point's strengths that name every column of the added terms."""
+    """Functions ``entries``, ``has`` and ``changed`` as below without terms, written out for the terms there are.
+
+    A compiled function cannot loop over terms of different classes: each has a line of its own, with its columns by
+    number. ``changed`` hands the strengths to every term whose first entry, its flag, is not 0.
+    """
     lines = [
         "def entries(law, j):",
         f"    return ({''.join(f'law[j, {k}], ' for k in range(len(LAW), LAW_SIZE))})",
@@ -55,18 +59,19 @@ else:
 
     @kernel(forceinline=True)
     def entries_of(law: Array, j: int) -> Numbers | None:
-        """Entries of joint j's added terms."""
+        """Entries of joint j's added terms in the rows ``law`` of all joints; None as there are no terms."""
         return None
 
     @kernel(forceinline=True)
     def has_added(law: Array, j: int) -> bool:
-        """Whether joint j has added terms."""
+        """Whether joint j has added terms in the rows ``law`` of all joints."""
         return False
 
     @kernel(forceinline=True)
     def _changed(
         added: Numbers, tan_phi: float, tan_psi: float, cohesion: float, tension: float, slip: float, damage: float
     ) -> Numbers:
+        """Strengths with the terms ``added`` at a plastic slip [m] and a damage: as given, there are none."""
         return tan_phi, tan_psi, cohesion, tension
 
 

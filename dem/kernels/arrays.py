@@ -10,16 +10,16 @@ Index = NDArray[np.int64]
 
 
 class Points(NamedTuple):
-    """Contact points as a structure of arrays: places [m], tributary area [m2], gap [m] and plastic state [m], (m,)."""
+    """Contact points of all joints, run after run, as a structure of arrays of shape (m,)."""
 
-    s: Array
-    t: Array
-    area: Array
-    gap: Array  # height over a's face when the joint was made, carried by b; and what is set back
-    slip_1: Array  # plastic slip along t1
-    slip_2: Array
-    lift: Array  # plastic opening w_p
-    damage: Array  # 0 peak, 1 residual
+    s: Array  # place along t1 from the joint's origin [m]
+    t: Array  # place along t2 [m]
+    area: Array  # tributary area [m2]
+    gap: Array  # height over a's face when the joint was made, carried by b; and what is set back [m]
+    slip_1: Array  # plastic slip along t1 [m]
+    slip_2: Array  # plastic slip along t2 [m]
+    lift: Array  # plastic opening w_p [m]
+    damage: Array  # 0 peak, 1 residual [-]
 
 
 class Joints(NamedTuple):
@@ -41,23 +41,23 @@ class Joints(NamedTuple):
 class LawRow(NamedTuple):
     """Entries of a joint's law by name, peak and residual values; those of terms added to the law follow them."""
 
-    kn: int
-    ks: int
+    kn: int  # normal stiffness [Pa/m]
+    ks: int  # shear stiffness [Pa/m]
     tan_phi: int
     tan_psi: int
-    cohesion: int
-    tension: int
+    cohesion: int  # c [Pa]
+    tension: int  # ft [Pa]
     crushing: int  # closing at which it crushes, fc / kn [m]
     lift: int  # largest plastic opening [m]
-    rest_tan_phi: int
+    rest_tan_phi: int  # residual values
     rest_tan_psi: int
     rest_cohesion: int
     rest_tension: int
     by_opening: int  # damage per opening beyond the strength [1/m]
-    dash: int
+    dash: int  # dashpot over stiffness [s]
     cross: int  # 1 where two edges cross
     by_slip: int  # damage per plastic slip [1/m]
-    secant: int  # 1 where tension unloads to the origin
+    secant: int  # 1 where tension unloads to the origin, which its opening damages
 
 
 LAW = LawRow(*range(len(LawRow._fields)))
@@ -73,12 +73,12 @@ class RigidBodies(NamedTuple):
     vel: Array  # velocity at the half step [m/s], (n, 3)
     spin: Array  # angular velocity at the half step [rad/s], (n, 3)
     ang: Array  # angular momentum at the half step [kg m2/s], (n, 3)
-    mass: Array  # (n,)
-    inv_mass: Array  # (n,)
-    inv_inertia: Array  # reference axes, (n, 3, 3)
-    held: NDArray[np.bool_]  # (n, 6)
+    mass: Array  # [kg], or scaled to the step, (n,)
+    inv_mass: Array  # 1 / mass, (n,)
+    inv_inertia: Array  # inverse inertia about the centroid, reference axes [1/(kg m2)], (n, 3, 3)
+    held: NDArray[np.bool_]  # freedoms x, y, z, rx, ry, rz that follow the drives or stand still, (n, 6)
     contact: Array  # wrench of the joints about the centroid in the last step [N, N m], (n, 6)
-    net: Array  # contact plus applied wrench, without damping, (n, 6)
+    net: Array  # contact plus applied wrench, without damping [N, N m], (n, 6)
     axes: Array  # rows along which local damping acts, (n, 3, 3)
 
 
@@ -106,9 +106,9 @@ class BlockStep(NamedTuple):
 
     dt: float  # [s]
     kick: float  # time over which forces act [s]: half a step after a stop
-    viscosity: float  # of the global damping [1/s]
-    keep: float
-    lag: float
+    viscosity: float  # C of the global damping [1/s]
+    keep: float  # 1 - C dt / 2
+    lag: float  # 1 / (1 + C dt / 2)
 
 
 class Ties(NamedTuple):
@@ -125,10 +125,16 @@ class Ties(NamedTuple):
     plastic: Array  # elongation at which it hangs loose [m], (t,)
 
 
-# entries of the vector of accumulated scalars
 E_FRICTION, E_VISCOUS, E_DAMPING, E_APPLIED, E_SUPPORT = 0, 1, 2, 3, 4
 E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP, E_FRACTURE, E_BEGUN = 5, 6, 7, 8, 9, 10
+"""Entries of the vector of accumulated scalars.
+
+Energies taken by friction, by dashpots and by artificial damping, and work of loads and of supports [J]; kinetic energy
+now [J], adaptive viscosity [1/s], steps so far, the step of the last stop, energy of fracture [J], and the energy that
+a run began with [J].
+"""
 E_SIZE = 11
+"""How many they are."""
 
 
 class Part(NamedTuple):
@@ -163,10 +169,10 @@ class BlockModes(NamedTuple):
     A side has six numbers a shape, displacement and rotation of the face about the joint's origin along t1, t2 and n.
     """
 
-    value: Array  # (n, m)
-    rate: Array  # at the half step, (n, m)
+    value: Array  # coordinates, (n, m)
+    rate: Array  # of the coordinates at the half step, (n, m)
     stiffness: Array  # coordinates are such that no two modes share stiffness or mass, (n, m)
-    mass: Array  # (n, m)
+    mass: Array  # of each mode, (n, m)
     inv_mass: Array  # 0 where a block has no such mode, (n, m)
     contact: Array  # force of the joints on the modes in the last step, (n, m)
     net: Array  # contact less stiffness, without damping, (n, m)

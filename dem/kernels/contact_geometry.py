@@ -1,6 +1,6 @@
 """How convex pieces meet at any relative rotation: axes of the widest gap, faces clipped on faces, edges that cross.
 
-Arguments that are named like a field of :class:`PieceArrays` are that field.
+Arguments that are named like a field of :class:`PieceArrays` are that field. A gap is negative where pieces overlap.
 """
 
 
@@ -14,14 +14,24 @@ from dem.kernels.pieces import Meetings, PieceArrays
 APART, FACES, CORNER, CROSSING = 0, 1, 2, 3
 """How two pieces meet: not at all, face on face, an edge or corner on a face, two edges."""
 
-MOST = 32  # corners of a polygon in which two faces meet
+MOST = 32
+"""Corners that a polygon in which two faces meet has room for; chosen: further corners are left out."""
+
+PARALLEL = 1e-6
+"""Sine of the angle below which two edges are parallel: their cross product is then no direction."""
+
+HARDLY = 1e-3
+"""Difference of two gaps, over the margin, that is too small for a joint to change the piece that is its base."""
+
+ROUNDING = 1e-6
+"""Difference of two gaps, over the margin, up to which a face goes before a crossing, whose gap may be the same."""
 
 
 @kernel(fast=False)
 def _gap_above(
     corners: Array, n_corners: Index, planes: Array, p: int, f: int, q: int
 ) -> tuple[float, int]:
-    """Height above face f of p of q's corner nearest to it [m], and its number."""
+    """Gap between face f of piece p and piece q: height of q's lowest corner above the face [m], and its number."""
     gap, low = 1e300, 0
     for k in range(n_corners[q]):
         h = planes[p, f, 0] * corners[q, k, 0] + planes[p, f, 1] * corners[q, k, 1]
@@ -35,12 +45,13 @@ def _gap_above(
 def _widest_beside(
     corners: Array, n_corners: Index, planes: Array, n_faces: Index, p: int, q: int, axis: Array, flat: float
 ) -> float:
-    """Gap [m] of the face of p that separates q the most, of faces that are not square to an axis.
+    """Widest gap [m] above a face of piece p towards piece q, of the faces whose normals leave an axis.
 
     Parameters
     ----------
-    axis : unit vector
-    flat : cosine with it below which a face's normal leaves it
+    p, q : numbers of the pieces
+    axis : unit vector, shape (3,)
+    flat : cosine between a face's normal and the axis, of either sign, from which on the face is left out
     """
     widest = -1e300
     for f in range(n_faces[p]):
@@ -54,11 +65,12 @@ def _widest_beside(
 def _widest_gap(
     corners: Array, n_corners: Index, planes: Array, n_faces: Index, p: int, q: int, best: Array
 ) -> tuple[int, int]:
-    """Face of p that separates q the most, and q's corner nearest to it; plane and gap written to ``best`` (5).
+    """Face of piece p with the widest gap towards piece q, and q's corner nearest to it.
 
     Parameters
     ----------
-    best : unit normal (3), offset [m] and gap [m] of that face, written, shape (5,)
+    p, q : numbers of the pieces
+    best : unit outward normal (3), offset [m] and gap [m] of that face, written, shape (5,)
 
     Returns
     -------
@@ -86,13 +98,16 @@ def _widest_crossing(
 
     Parameters
     ----------
-    out : start and vector along either edge [m], and the unit normal from p to q, written, shape (5, 3)
+    p, q : numbers of the pieces
+    out : start and vector u along the edge of p [m], start and vector v along that of q [m], and the unit normal from p
+        to q, which runs along u x v, written, shape (5, 3)
 
     Returns
     -------
     gap : [m], -1e300 where no edges cross
     steepest : largest cosine between that direction and the normals of the four faces beside the edges [-]
     """
+    # u, v are the edges; a, b the outward normals of the faces beside u, and c, d the inward ones of those beside v
     widest, steepest = -1e300, 1.0
     for e in range(n_edges[p]):
         i, j = edges[p, e, 0], edges[p, e, 1]
@@ -105,7 +120,8 @@ def _widest_crossing(
             one, two = planes[q, edges[q, h, 2]], planes[q, edges[q, h, 3]]
             c, d = (-one[0], -one[1], -one[2]), (-two[0], -two[1], -two[2])
             ct, dt = dot(c, turn), dot(d, turn)
-            # two edges make a face of the difference p - q where the arcs of their normals cross
+            # two edges make a face of the difference p - q where the arcs of their normals cross: c and d to either
+            # side of the arc from a to b, a and b to either side of that from c to d, both on one half of the sphere
             if not ct * dt < 0.0:
                 continue
             back = cross(d, c)
@@ -116,14 +132,16 @@ def _widest_crossing(
             v = (w[0] - o[0], w[1] - o[1], w[2] - o[2])
             m = cross(u, v)
             size, lu, lv = np.sqrt(dot(m, m)), np.sqrt(dot(u, u)), np.sqrt(dot(v, v))
-            if size < 1e-6 * lu * lv:
+            if size < PARALLEL * lu * lv:
                 continue
+            # the normal leaves p: it lies between a and b
             sign = 1.0 if m[0] * (a[0] + b[0]) + m[1] * (a[1] + b[1]) + m[2] * (a[2] + b[2]) > 0.0 else -1.0
             gap = sign * (m[0] * (o[0] - x[0]) + m[1] * (o[1] - x[1]) + m[2] * (o[2] - x[2])) / size
             if gap > widest:
                 widest = gap
                 n = (sign * m[0] / size, sign * m[1] / size, sign * m[2] / size)
                 steepest = max(max(dot(n, a), dot(n, b)), max(dot(n, c), dot(n, d)))
+                # the edge of q is told from its other end where else u x v would run against the normal
                 for r in range(3):
                     out[0, r], out[1, r], out[3, r] = x[r], u[r], sign * v[r]
                     out[2, r], out[4, r] = o[r] if sign > 0.0 else w[r], n[r]
@@ -134,14 +152,18 @@ def _widest_crossing(
 def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Array, n: int, spare: Array) -> int:
     """Clip a polygon by the sides of a face of the base, seen along its normal.
 
-    The polygon is changed in place, ``n`` are its corners and the number left is returned; ``spare`` is work space.
-
     Parameters
     ----------
     base : number of the piece
     face : number of its face
-    axis : unit normal of that face, shape (3,)
-    polygon, spare : corners [m], shape (MOST, 3)
+    axis : unit normal of that face in the first three entries
+    polygon : corners [m], changed in place, shape (MOST, 3)
+    n : how many corners it has
+    spare : work space, shape (MOST, 3)
+
+    Returns
+    -------
+    n : how many corners are left
     """
     corners, faces = pieces.corners, pieces.faces
     sides = pieces.size[base, face]
@@ -155,6 +177,7 @@ def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Ar
         s3 = s0 * corners[base, u, 0] + s1 * corners[base, u, 1] + s2 * corners[base, u, 2]
         new = 0
         for i in range(n):
+            # how far this corner and the next lie beyond the side; where they lie to either side the edge is cut
             a = s0 * polygon[i, 0] + s1 * polygon[i, 1] + s2 * polygon[i, 2] - s3
             z = (i + 1) % n
             b = s0 * polygon[z, 0] + s1 * polygon[z, 1] + s2 * polygon[z, 2] - s3
@@ -182,13 +205,14 @@ def _opposed_face(pieces: PieceArrays, other: int, lowest: int, axis: Array) -> 
     ----------
     other : number of the piece
     lowest : number of its corner
+    axis : unit vector in the first three entries
 
     Returns
     -------
     face : number of the face
-    cosine : cosine between its normal and the axis
+    cosine : between its normal and the axis, -1 where they are opposed
     """
-    opposed, low = 0, 2.0
+    opposed, low = 0, 2.0  # above any cosine
     for f in range(pieces.n_faces[other]):
         touches = False
         for k in range(pieces.size[other, f]):
@@ -206,15 +230,19 @@ def _widest_axis(
 ) -> tuple[bool, int, int]:
     """Axis along which pieces p and q are farthest apart, of all face normals and edge pairs.
 
-    Returned are whether the first piece is the base, its face, and the other's corner nearest to that face. The face is
-    -1 where they are farther apart than the margin, and where two edges cross: then ``met`` says all.
-
     Parameters
     ----------
+    p, q : numbers of the pieces
     m : row of ``met``, the meetings that are written
-    flat : cosine below which two directions count as square to each other
-    ref_p, ref_q : work arrays for plane and gap, shape (5,)
     margin : gap from which on two pieces are left alone [m]
+    flat : cosine between the crossing's axis and the normals beside it from which on faces meet instead of edges
+    ref_p, ref_q : written: plane (4) and gap [m] of the face of p, and of q, with the widest gap, shape (5,)
+
+    Returns
+    -------
+    first : whether p is the base, the piece whose face the other meets
+    face : number of that face; -1 where the gap is wider than the margin, and where two edges cross, which ``met`` has
+    lowest : number of the other's corner nearest to that face
     """
     corners, n_corners, planes, n_faces = pieces.corners, pieces.n_corners, pieces.planes, pieces.n_faces
     fp, low_q = _widest_gap(corners, n_corners, planes, n_faces, p, q, ref_p)
@@ -224,13 +252,13 @@ def _widest_axis(
     if ref_q[4] > margin:
         return True, -1, 0
     # of gaps that hardly differ the first piece's counts, so that a joint keeps its base from search to search
-    first = ref_p[4] >= ref_q[4] - 1e-3 * margin
+    first = ref_p[4] >= ref_q[4] - HARDLY * margin
     ref = ref_p if first else ref_q
     met.gap[m] = ref[4]
     wide, steepest = _widest_crossing(corners, pieces.edges, pieces.n_edges, planes, p, q, met.crossing[m])
     if wide > margin:
         return True, -1, 0
-    crosses = wide > ref[4] + 1e-6 * margin and steepest < flat
+    crosses = wide > ref[4] + ROUNDING * margin and steepest < flat
     axis = met.crossing[m, 4] if crosses else ref[:3]
     met.beside[m] = max(
         _widest_beside(corners, n_corners, planes, n_faces, p, q, axis, flat),
@@ -257,10 +285,11 @@ def contact_shapes(
 
     Parameters
     ----------
-    pairs : shape (m, 2)
-    rows : those that are looked at
-    margin : [m]
-    flat : cosine of the angle between the normals of faces that lie on each other
+    pairs : numbers of both pieces of every pair, shape (m, 2)
+    rows : pairs that are looked at
+    margin : gap from which on two pieces are left alone [m]
+    flat : cosine of the largest angle between faces that lie on each other
+    met : how every pair meets, written; ``base_first`` is read where a face is asked for
     asked : face of the base that is asked for whatever the gaps, -1 for that of the widest gap, shape (m,)
     """
     best_p, best_q = np.empty(5), np.empty(5)
@@ -289,8 +318,8 @@ def contact_shapes(
                 polygon[k, r] = pieces.corners[other, pieces.faces[other, opposed, k], r]
         n = _clipped(pieces, base, face, ref, polygon, n, spare)
         if n < 3:
-            continue
-        near = 1e300
+            continue  # seen along the normal the two faces share no area
+        near = 1e300  # height of the polygon's lowest corner above the face
         for i in range(n):
             near = min(near, ref[0] * polygon[i, 0] + ref[1] * polygon[i, 1] + ref[2] * polygon[i, 2] - ref[3])
         if near > margin:

@@ -21,7 +21,16 @@ RUN_OFF = 0.1
 """Part of an edge by which a crossing may have run beyond its end and still bear, until a search cuts it anew."""
 
 ROOM = 2 * MOST + 1
-"""Most points of a joint that is cut."""
+"""Most points of a joint that is cut: centre, corners and middles of the sides of the largest polygon."""
+
+ONE_POINT = 1e9
+"""Places that are equal once rounded to whole parts of 1 m / ONE_POINT are one point of a joint [1/m]."""
+
+ONE_CORNER = 0.1
+"""Side of a polygon, over the side of a corner's area, up to which its two ends are one touching corner; chosen."""
+
+ALIKE = 100.0
+"""Cosines that are equal once rounded to whole parts of 1 / ALIKE belong to faces that look equally well along n."""
 
 
 class Poses(NamedTuple):
@@ -38,11 +47,11 @@ class Cut(NamedTuple):
     """Joints that are cut, row by row; all of it is written."""
 
     size: Index  # number of its points, 0 where there is no joint, (r,)
-    s: Array  # of the points, (r, ROOM)
-    t: Array
-    area: Array
-    gap: Array
-    position: Array  # [m], (r, ROOM, 3)
+    s: Array  # places of the points along t1 [m], (r, ROOM)
+    t: Array  # and along t2 [m], (r, ROOM)
+    area: Array  # [m2], (r, ROOM)
+    gap: Array  # height of b above a's plane, negative where they overlap [m], (r, ROOM)
+    position: Array  # of the points in global axes [m], (r, ROOM, 3)
     world: Array  # frame in global axes, (r, 3, 3)
     frame: Array  # in the axes of a, (r, 3, 3)
     turn: Array  # as in ``Joints``, and so the rest, (r, 4)
@@ -56,19 +65,20 @@ class Cut(NamedTuple):
 
 @kernel(fast=False)
 def _lattice(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
-    """Cover a quadrilateral by a lattice of points and by triangles, each cell cut both ways.
+    """Cover a quadrilateral by a lattice of points and by triangles, each cell cut along both diagonals.
 
     Parameters
     ----------
-    x, y : its four corners [m]
-    px, py : points, written [m], shape (m,)
-    corners : their numbers at every triangle, written, shape (k, 3)
+    x, y : its four corners in their order around it [m], shape (4,)
+    px, py : the LATTICE^2 points, written [m], shape (LATTICE^2 or more,)
+    corners : numbers of the points at every triangle, four triangles a cell, written, shape (4 cells or more, 3)
 
     Returns
     -------
     triangles : how many were written
     """
     m = LATTICE
+    # bilinear: u runs from corner 0 to 1, v from there to the opposite side
     for i in range(m):
         v = i / (m - 1.0)
         for j in range(m):
@@ -78,7 +88,7 @@ def _lattice(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
     found = 0
     for i in range(m - 1):
         for j in range(m - 1):
-            a = i * m + j
+            a = i * m + j  # corners a, b, c, d around the cell
             b, c, d = a + 1, a + m + 1, a + m
             for p, q, r in ((a, b, c), (a, c, d), (a, b, d), (b, c, d)):
                 corners[found, 0], corners[found, 1], corners[found, 2] = p, q, r
@@ -101,9 +111,9 @@ def _spokes(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
 
     Parameters
     ----------
-    x, y : corners of the polygon [m], shape (n,)
-    px, py : points, written [m], shape (m,)
-    corners : their numbers at every triangle, written, shape (k, 3)
+    x, y : corners of the polygon in their order around it [m], shape (n,)
+    px, py : the 2 n + 1 points, written [m]: centre, then every corner with the middle of the side that follows it
+    corners : numbers of the points at each of the 2 n triangles, written, shape (2 n or more, 3)
 
     Returns
     -------
@@ -125,18 +135,24 @@ def _spokes(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
 def spread(x: Array, y: Array, s: Array, t: Array, area: Array) -> int:
     """Points of a convex counter-clockwise polygon, edges included, with tributary areas.
 
-    ``s``, ``t`` [m] and ``area`` [m2] are written, how many is returned. A quadrilateral has a lattice, any other
-    outline its centre, corners and middles of sides. Each triangle gives a third of its area to its corners.
+    A quadrilateral has a lattice, any other outline its centre, corners and middles of sides. Each triangle between
+    these points gives a third of its area to each of its corners.
 
     Parameters
     ----------
     x, y : corners of the polygon [m], shape (n,)
+    s, t, area : places of the points in the same axes [m] and their areas [m2], written, shape (ROOM,)
+
+    Returns
+    -------
+    points : how many were written
     """
     n = len(x)
     most = max(LATTICE * LATTICE, 2 * n + 1)
     px, py, weight = np.empty(most), np.empty(most), np.zeros(most)
     corners = np.empty((max(4 * (LATTICE - 1) ** 2, 2 * n), 3), np.int64)
-    # twice the area of a triangle, halved; a cell of the lattice is cut along both diagonals and covered twice
+    # share of a triangle's cross product, twice its area, that counts: a half; a quarter in a lattice, whose cells are
+    # cut along both diagonals and so covered twice
     if n == 4:
         triangles, share, total = _lattice(x, y, px, py, corners), 0.25, LATTICE * LATTICE
     else:
@@ -149,10 +165,11 @@ def spread(x: Array, y: Array, s: Array, t: Array, area: Array) -> int:
         weight[c] += part
     found = 0
     for k in range(total):
-        # points within 1e-9 m are one
+        # points at one place, as of corners that coincide, are one with the area of all
         same = -1
         for i in range(found):
-            if np.rint(s[i] * 1e9) == np.rint(px[k] * 1e9) and np.rint(t[i] * 1e9) == np.rint(py[k] * 1e9):
+            alike_s = np.rint(s[i] * ONE_POINT) == np.rint(px[k] * ONE_POINT)
+            if alike_s and np.rint(t[i] * ONE_POINT) == np.rint(py[k] * ONE_POINT):
                 same = i
                 break
         if same < 0:
@@ -165,7 +182,10 @@ def spread(x: Array, y: Array, s: Array, t: Array, area: Array) -> int:
 
 @kernel(fast=False)
 def _at(rot: Array, place: Array, i: int, at: tuple[float, float, float], out: Array) -> None:
-    """A place in the axes of block i, from its centroid, written to ``out`` (3)."""
+    """A place ``at`` [m] in the axes of block i, R^T (at - centroid), written to ``out``, shape (3,).
+
+    ``rot`` and ``place`` are the rotation matrices and the centroids now [m] of all blocks, (n, 3, 3) and (n, 3).
+    """
     d = (at[0] - place[i, 0], at[1] - place[i, 1], at[2] - place[i, 2])
     for r in range(3):
         out[r] = rot[i, 0, r] * d[0] + rot[i, 1, r] * d[1] + rot[i, 2, r] * d[2]
@@ -174,11 +194,14 @@ def _at(rot: Array, place: Array, i: int, at: tuple[float, float, float], out: A
 @kernel(fast=False)
 def _place(row: int, a: int, b: int, at: tuple[float, float, float], at_b: tuple[float, float, float], poses: Poses,
            out: Cut) -> None:
-    """Write how joint ``row`` with axes ``out.world`` lies in blocks a and b.
+    """Write how a joint lies in its blocks: arms, offset, frame and turn.
 
     Parameters
     ----------
-    at, at_b : its origin now on either block [m]
+    row : of ``out``, the joint; its axes are in ``out.world[row]`` already
+    a, b : its blocks
+    at, at_b : its origin now as a point of a and as one of b, global axes [m]
+    poses, out : where all blocks are, and the joints that are cut, written
     """
     rot, place, quat = poses.rot, poses.place, poses.quat
     _at(rot, place, a, at, out.arm_a[row])
@@ -192,6 +215,7 @@ def _place(row: int, a: int, b: int, at: tuple[float, float, float], at_b: tuple
                 out.world[row, r, 0] * rot[a, 0, c] + out.world[row, r, 1] * rot[a, 1, c]
                 + out.world[row, r, 2] * rot[a, 2, c]
             )
+    # conjugate of the turn of b against a, conj(q_a) q_b, of scalars x and y and vectors p and q: it undoes that turn
     p, q = (-quat[a, 1], -quat[a, 2], -quat[a, 3]), (quat[b, 1], quat[b, 2], quat[b, 3])
     w, x, y = cross(p, q), quat[a, 0], quat[b, 0]
     out.turn[row, 0] = x * y - dot(p, q)
@@ -207,10 +231,13 @@ def _cut_face(
 
     Parameters
     ----------
-    row : of ``out`` that is written; its size stays 0 where the polygon is smaller than ``least`` [m2]
-    polygon : corners of the polygon [m]
-    plane : normal and offset of the base's face
-    corner : whether a corner or edge touches, whose points have an area of their own
+    row : of ``out``, the joint that is written; its size stays 0 where two faces share no more than ``least``
+    a, b : blocks of the joint; a has the base's face
+    polygon : corners of the polygon on b's face, global axes [m], shape (m, 3)
+    plane : unit normal of a's face, away from a, and its offset [m], shape (4,)
+    corner : whether a corner or edge of b touches: then every corner of the polygon is a point of the same area
+    poses, out : where all blocks are, and the joints that are cut
+    least : area up to which two faces do not touch [m2]
     """
     m = len(polygon)
     flat, height, x, y = np.empty((m, 3)), np.empty(m), np.empty(m), np.empty(m)
@@ -223,6 +250,7 @@ def _cut_face(
         for r in range(3):
             flat[k, r] = polygon[k, r] - high * n[r]
             centre[r] += flat[k, r] / m
+    # t1 runs along the longest side of the polygon as it lies in the plane of a's face
     longest, t1 = -1.0, (1.0, 0.0, 0.0)
     for k in range(m):
         e = (flat[k, 0] - flat[k - 1, 0], flat[k, 1] - flat[k - 1, 1], flat[k, 2] - flat[k - 1, 2])
@@ -238,9 +266,10 @@ def _cut_face(
         # touching corners, each with the same area wherever it comes to lie on the other block's face
         each, count = min(poses.point_area[a], poses.point_area[b]), 0
         for k in range(m):
-            if np.sqrt((x[k] - x[k - 1]) ** 2 + (y[k] - y[k - 1]) ** 2) > 0.1 * np.sqrt(each):
+            if np.sqrt((x[k] - x[k - 1]) ** 2 + (y[k] - y[k - 1]) ** 2) > ONE_CORNER * np.sqrt(each):
                 s[count], t[count] = x[k], y[k]
                 count += 1
+        # a polygon with short sides alone is one corner
         if count == 0:
             s[0], t[0], count = x[0], y[0], 1
         for k in range(count):
@@ -249,7 +278,7 @@ def _cut_face(
         count = spread(x, y, s, t, area)
         if not _sum(area, count) > least:
             return
-    # the height of b's face over the base plane
+    # gap of a point: the height of b's face over the base plane there
     slope, mean = slope_of(x, y, height), _sum(height, m) / m
     for k in range(count):
         out.gap[row, k] = mean + s[k] * slope[0] + t[k] * slope[1]
@@ -271,9 +300,14 @@ def _cut_crossing(row: int, a: int, b: int, found: Array, poses: Poses, out: Cut
 
     Parameters
     ----------
-    row : of ``out``, the joint that is written
-    found : start and vector along the edge of a [m], the same of b, and the unit normal from a to b, shape (5, 3)
+    row : of ``out``, the joint that is written; its size stays 0 where the edges pass beyond their ends
+    a, b : blocks of the joint
+    found : start and vector u along the edge of a [m], start and vector v along that of b [m], and the unit normal n
+        from a to b, which runs along u x v, shape (5, 3)
+    poses, out : where all blocks are, and the joints that are cut
     """
+    # parts of the way along u and v, ``one`` and ``two``, at which the edges are nearest: there d + two v - one u runs
+    # along n. Its product with v or u, times n = u x v / |u x v|, leaves one unknown
     d = (found[2, 0] - found[0, 0], found[2, 1] - found[0, 1], found[2, 2] - found[0, 2])
     u, v = (found[1, 0], found[1, 1], found[1, 2]), (found[3, 0], found[3, 1], found[3, 2])
     n, w = (found[4, 0], found[4, 1], found[4, 2]), cross(u, v)
@@ -292,6 +326,7 @@ def _cut_crossing(row: int, a: int, b: int, found: Array, poses: Poses, out: Cut
         rot = poses.rot
         out.edge[row, r] = (rot[b, 0, r] * v[0] + rot[b, 1, r] * v[1] + rot[b, 2, r] * v[2]) / long_v
     _place(row, a, b, at, at_b, poses, out)
+    # along each edge, from where they pass now to where they would have run beyond either end
     out.limits[row, 0], out.limits[row, 1] = (-RUN_OFF - one) * long_u, (1.0 + RUN_OFF - one) * long_u
     out.limits[row, 2], out.limits[row, 3] = (-RUN_OFF - two) * long_v, (1.0 + RUN_OFF - two) * long_v
     out.s[row, 0] = out.t[row, 0] = out.gap[row, 0] = 0.0
@@ -305,9 +340,12 @@ def cut_joints(rows: Index, one: Index, two: Index, met: Meetings, poses: Poses,
 
     Parameters
     ----------
-    rows : of ``met``
-    one, two : blocks a and b of each, shape (r,)
+    rows : of ``met``, those that are cut, shape (r,)
+    one, two : blocks a and b of each, shape (r,); a is the block of the base, or of the first of two edges
+    met : how pairs of pieces meet
+    poses : where all blocks are
     least : area up to which two faces do not touch [m2]
+    out : the joints, written row by row; the size is 0 where there is none
     """
     for row in range(len(rows)):
         m = rows[row]
@@ -324,15 +362,23 @@ def cut_joints(rows: Index, one: Index, two: Index, met: Meetings, poses: Poses,
 def facing_interface(
     block_a: Index, block_b: Index, normal: Array, centre: Array, poses: Poses, one: int, two: int, n: Array, at: Array
 ) -> int:
-    """Interface whose face looks along n, out of the first block, and of these the nearest.
+    """Interface of either block whose face looks most along n, out of the first block, and of these the nearest.
 
     Parameters
     ----------
-    block_a, block_b, normal, centre : of all interfaces, normals from a to b
-    n : normal from the first block to the second
-    at : a place now [m]
+    block_a, block_b : blocks of all interfaces, shape (k,)
+    normal : of all interfaces in the reference position, unit vector from a to b, shape (k, 3)
+    centre : of all interfaces in the reference position [m], shape (k, 3)
+    poses : where all blocks are
     one, two : the first and the second block
+    n : unit normal from the first block to the second now, global axes, shape (3,)
+    at : a place now, global axes [m], shape (3,)
+
+    Returns
+    -------
+    interface : its number; 0 where neither block has an interface
     """
+    # normal and place are turned back with each block to the reference position, where the interfaces are
     best, looks, nearest = 0, -np.inf, np.inf
     own, local = np.empty(3), np.empty(3)
     for second in range(2):
@@ -346,8 +392,7 @@ def facing_interface(
             if block_a[k] != block and block_b[k] != block:
                 continue
             along = normal[k, 0] * own[0] + normal[k, 1] * own[1] + normal[k, 2] * own[2]
-            # cosines within a hundredth count as alike, and the nearer one wins
-            along = np.rint(100.0 * (along if block_a[k] == block else -along))
+            along = np.rint(ALIKE * (along if block_a[k] == block else -along))
             far = (centre[k, 0] - local[0]) ** 2 + (centre[k, 1] - local[1]) ** 2 + (centre[k, 2] - local[2]) ** 2
             if along > looks or (along == looks and far < nearest):
                 best, looks, nearest = k, along, far

@@ -11,15 +11,18 @@ another d and G. What its forces do to a shape is c . sum f + w . sum X x f.
 
 import numpy as np
 
+from dem.kernels.added_terms import Numbers
 from dem.kernels.arrays import LAW, Array, BlockModes, BlockStep, Joints, Points, RigidBodies
 from dem.kernels.compiled import kernel
-from dem.kernels.joint_law import Numbers
 from dem.kernels.kinematics import Axes, relative_motion, third_axis
 from dem.kernels.local_damping import ROUNDING, brake_of
 from dem.kernels.sums import braked_sums, held_sums, yielding_sums
 
 NOTHING = (0.0,) * 16
-PLANE_MODES, SPACE_MODES = 9, 21  # shapes of a block: known to the compiler, which unrolls its loops
+"""As many numbers as the sums between blocks that strain: what they are before a loop over points has run."""
+
+PLANE_MODES, SPACE_MODES = 9, 21
+"""Shapes of a block in a plane and in space: known to the compiler, which unrolls its loops."""
 
 
 @kernel(forceinline=True)
@@ -28,8 +31,10 @@ def face_motion(side: Array, j: int, x: Array, i: int, space: bool | None) -> Nu
 
     Parameters
     ----------
-    side : c and w of every joint by a unit of every shape, shape (joints, shapes, 6)
-    x : coordinates of the shapes of all blocks, shape (blocks, shapes)
+    side : c [m] and w [rad] of every joint by a unit of every shape, shape (joints, shapes, 6)
+    j : the joint
+    x : coordinates of the shapes of all blocks, or their rates, shape (blocks, shapes)
+    i : the block
     space : None in a plane, where a block has fewer shapes and no twist about the joint's normal
     """
     c1 = c2 = c3 = w1 = w2 = w3 = 0.0
@@ -47,7 +52,11 @@ def face_motion(side: Array, j: int, x: Array, i: int, space: bool | None) -> Nu
 
 @kernel(forceinline=True)
 def slopes(u: Numbers) -> Numbers:
-    """A motion c + w x (s, t, 0) of block a's face as d and g of :func:`dem.kernels.sums.point_sums`.
+    """A motion c + w x (s, t, 0) of block a's face as displacement and slopes, like d and g of a joint.
+
+    Parameters
+    ----------
+    u : displacement c [m] and rotation w [rad] of the face, three numbers each, in the joint's axes
 
     Returns
     -------
@@ -87,11 +96,12 @@ def turned_slopes(u: Numbers, g: Numbers, space: bool | None) -> Numbers:
 
 @kernel(forceinline=True)
 def turned_back(f1: float, f2: float, f3: float, g: Numbers) -> Numbers:
-    """A vector (f1, f2, f3) of the joint's axes in block b's, G^T f.
+    """A vector (f1, f2, f3) along the joint's axes, told in those axes as block b carries them: R^T f.
 
     Parameters
     ----------
-    g : G11, G12, G21, G22, G31, G32 of the rotation less one of b against a; the third axis follows
+    f1, f2, f3 : its components along t1, t2, n
+    g : first two columns of G = R - I of b against a: G11, G12, G21, G22, G31, G32; the third column of R follows
     """
     z1, z2, z3 = third_axis(g)
     return (
@@ -102,7 +112,7 @@ def turned_back(f1: float, f2: float, f3: float, g: Numbers) -> Numbers:
 
 @kernel(forceinline=True)
 def less(v: Numbers, u: Numbers) -> Numbers:
-    """Difference of two motions of faces."""
+    """Motion v less motion u, nine numbers each as :func:`slopes` gives them."""
     return (
         v[0] - u[0], v[1] - u[1], v[2] - u[2], v[3] - u[3], v[4] - u[4], v[5] - u[5], v[6] - u[6], v[7] - u[7],
         v[8] - u[8],
@@ -113,15 +123,16 @@ def less(v: Numbers, u: Numbers) -> Numbers:
 def load_shapes(
     contact: Array, i: int, side: Array, j: int, sign: float, f: Numbers, s: Numbers, t: Numbers, space: bool | None
 ) -> None:
-    """Add the work of a joint's forces on the shapes of block i to ``contact``.
+    """Add what a joint's forces do to the shapes of block i: their work per unit of each shape.
 
     Parameters
     ----------
-    side : motions of the face by every shape, shape (k, m, 6)
-    f, s, t : sums of f, s f and t f over the points, in the axes of that side
-    sign : -1 for block a, 1 for block b
+    contact : forces on the shapes of all blocks [N], added to, shape (blocks, shapes)
+    i : the block
+    side : displacement and rotation of the face by every shape, shape (joints, shapes, 6)
     j : the joint
-    contact : forces on the shapes of all blocks [N], added to, shape (n, k)
+    sign : -1 for block a, 1 for block b
+    f, s, t : sums of f [N], s f and t f [N m] over the points, f being the force on b, in the axes of that side
     space : None in a plane, where faces do not turn about their normal
     """
     # moments about the joint's origin: t f3, -s f3 and s f2 - t f1
@@ -138,22 +149,28 @@ def strained_sums(
     j: int, points: Points, joints: Joints, bodies: RigidBodies, modes: BlockModes, space: bool | None,
     axes: Axes, d: Numbers, g: Numbers, ra: Numbers, rb: Numbers, dt: float,
 ) -> Numbers:
-    """Forces, moments and losses of joint j, added to the shapes of its blocks too.
+    """Forces, moments and losses of joint j between blocks that strain; forces on their shapes are added to these.
 
-    ``space`` is None in a plane. Points within their strength are summed first; only a joint with one that is not is
-    summed again by the whole law. Returned are the force on block b [N] and its moment about block a's joint origin
-    [N m], three numbers each in the joint's axes, then work, lost, broken and beyond of
-    :func:`dem.kernels.sums.point_sums`.
+    Points within their strength are summed first; only a joint with one that is not is summed again by the whole law.
 
     Parameters
     ----------
+    points, joints, bodies : all of them; points that yield are changed
+    modes : shapes of all blocks; ``modes.contact`` is added to
+    space : None in a plane
     axes : frame of the joint in global axes, rows t1, t2, n
     d : displacement of its origin in them, b against a [m]
     g : R_rel - I: G11, G12, G21, G22, G31, G32 [-]
-    ra, rb : from both centroids to block a's joint origin [m]
-    dt : step [s]
+    ra, rb : from both centroids to block a's joint origin, global axes [m]
+    dt : step [s]; 0 for forces in a position
+
+    Returns
+    -------
+    force on block b [N] and its moment about block a's joint origin [N m], three numbers each in the joint's axes, then
+    work, lost, broken and beyond of :func:`dem.kernels.sums.point_sums`
     """
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
+    # strains of either face move it by u and v, and b's against a's by e: the law sees d and G with e added
     u = slopes(face_motion(modes.side_a, j, modes.value, a, space))
     v = turned_slopes(face_motion(modes.side_b, j, modes.value, b, space), g, space)
     e, z = less(v, u), third_axis(g)
@@ -179,7 +196,8 @@ def strained_sums(
         modes.contact, b, modes.side_b, j, 1.0, turned_back(f1, f2, f3, g), turned_back(s1, s2, s3, g),
         turned_back(t1, t2, t3, g), space,
     )
-    # arms end in b's points: d + X + G X + z gap with b's strains and without a's
+    # arms end in b's points: d + X + G X + z gap with b's strains and without a's. Columns x and y of I + G and b's
+    # slopes lead along s and t: the moment is d x f + x x sum s f + y x sum t f + z x sum gap f
     d1, d2, d3 = d[0] + v[0], d[1] + v[1], d[2] + v[2]
     x1, x2, x3 = 1.0 + g[0] + v[3], g[2] + v[5], g[4] + v[7]
     y1, y2, y3 = g[1] + v[4], 1.0 + g[3] + v[6], g[5] + v[8]
@@ -192,13 +210,19 @@ def strained_sums(
 
 @kernel(forceinline=True)
 def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | None) -> tuple[float, float]:
-    """Move the shapes of all blocks by a step; kinetic energy and what damping took [J].
+    """Move the shapes of all blocks by a step.
 
     Parameters
     ----------
+    modes : coordinates, rates and forces of the shapes, changed
     step : time step and factors of the scheme, see :class:`dem.kernels.arrays.BlockStep`
     local : factor of local damping [-]
     drifts : whether motion is steady, and damping the combined one; None where it never is
+
+    Returns
+    -------
+    kinetic : kinetic energy of the shapes [J]
+    damping : what damping took in the step [J]
     """
     value, rate, net = modes.value, modes.rate, modes.net
     dt, kick, viscosity, keep, lag = step
@@ -210,7 +234,7 @@ def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | 
         least = ROUNDING * np.sqrt(squares)  # a shape that is not excited moves by rounding: its sign says nothing
         for k in range(value.shape[1]):
             if modes.inv_mass[i, k] == 0.0:
-                continue
+                continue  # the block has no such shape
             f = modes.contact[i, k] - modes.stiffness[i, k] * value[i, k]
             v = float(rate[i, k])
             brake = brake_of(local, drifts, f, net[i, k], v * (abs(v) > least))
@@ -228,13 +252,16 @@ def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | 
 def deformation_at(
     j: int, joints: Joints, modes: BlockModes, space: bool | None, g: Numbers, x: float, y: float
 ) -> Numbers:
-    """Relative displacement by deformation at (x, y) of joint j, and block a's part of it.
+    """Displacement by deformation at a point of joint j: of b's face against a's, then of a's face alone.
 
     Both are three components [m] in the joint's axes.
 
     Parameters
     ----------
+    joints, modes : all joints, and the shapes of all blocks
     space : None in a plane
+    g : R_rel - I: G11, G12, G21, G22, G31, G32 [-]
+    x, y : place of the point along t1 and t2 [m]
     """
     u = slopes(face_motion(modes.side_a, j, modes.value, joints.block_a[j], space))
     v = turned_slopes(face_motion(modes.side_b, j, modes.value, joints.block_b[j], space), g, space)

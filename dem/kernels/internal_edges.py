@@ -32,14 +32,18 @@ class Carrying(NamedTuple):
 
 @kernel(fast=False, forceinline=True)
 def _faces_along(planes: Array, piece: int, face: int, n: Array, sign: float) -> bool:
-    """Whether a face of a piece looks along a normal times a sign."""
+    """Whether a face of a piece, of the planes of all faces, looks along the unit vector n times a sign of 1 or -1."""
     x = planes[piece, face, 0] * n[0] + planes[piece, face, 1] * n[1] + planes[piece, face, 2] * n[2]
     return sign * x > TURNED
 
 
 @kernel(fast=False, forceinline=True)
 def _height(plane: Array, place: Array, n: Array, sign: float) -> float:
-    """Height of a plane above a place, along a normal times a sign [m]."""
+    """Height [m] of a plane above a place, along sign n.
+
+    ``plane`` is its unit normal and offset [m], shape (4,); ``place`` in global axes [m] and the unit normal n have
+    shape (3,).
+    """
     below = plane[3] - (plane[0] * place[0] + plane[1] * place[1] + plane[2] * place[2])
     return below / (sign * (plane[0] * n[0] + plane[1] * n[1] + plane[2] * n[2]))
 
@@ -53,12 +57,14 @@ def _step(pieces: PieceArrays, parts: Index, carrier: int, k: int, by: Carrying,
 
     Parameters
     ----------
+    pieces : all pieces in their present position
     parts : first piece of every block, shape (n + 1,)
-    carrier : the block
-    k : the joint at which it carries
-    sign : 1 where that joint's normal leaves it, else -1
+    carrier : number of the block
+    k : the joint at which it carries, number in ``by``
+    by : joints that carry
+    sign : 1 where that joint's normal leaves the carrier, else -1
     plane : unit normal and offset of the plane [m], shape (4,)
-    place : place [m], shape (3,)
+    place : where the height is taken, global axes [m], shape (3,)
     """
     nearest, height, n, at = np.inf, -np.inf, by.normal[k], by.place[k]
     for piece in range(parts[carrier], parts[carrier + 1]):
@@ -77,7 +83,9 @@ def _deepest(by: Carrying, n: Array, borne: int, other: int, carrier: int) -> fl
 
     Parameters
     ----------
-    borne, other, carrier : the three blocks
+    by : joints that carry
+    n : unit normal, shape (3,)
+    borne, other, carrier : numbers of the three blocks
     """
     deep = 0.0
     for block in (borne, other, carrier):
@@ -101,10 +109,14 @@ def _goes_on(
 
     Parameters
     ----------
-    owner : block of every piece
-    parts : first piece of every block
-    place : where the pieces meet [m], shape (3,)
-    found : joint, piece with the face, face, and 1 where it is the pair's own joint; -1 first where there is none
+    pieces : all pieces in their present position
+    owner : block of every piece, shape (p,)
+    parts : first piece of every block, shape (n + 1,)
+    by : joints that carry
+    p, q : numbers of the two pieces
+    place : where the pieces meet, global axes [m], shape (3,)
+    found : joint, piece with the face, face, and 1 where it is the pair's own joint, written; -1 first where there is
+        none, shape (4,)
     """
     found[0] = -1
     apart, widest = False, -np.inf  # of the best face so far: whether a third block bears it, and its gap [m]
@@ -120,15 +132,16 @@ def _goes_on(
         own = (a == one and b == two) or (a == two and b == one)
         for here in range(2):
             borne, other = (one, two) if here == 0 else (two, one)
+            # the joint's plane is carried by a: the pair's own joint bears b on a's face, never the other way round
             if (borne != a and borne != b) or (own and borne != b):
                 continue
             carrier = b if borne == a else a
-            sign, n = (1.0 if borne == b else -1.0), by.normal[k]
+            sign, n = (1.0 if borne == b else -1.0), by.normal[k]  # sign n leads from the carrier to what it bears
             piece, mine = (q, p) if here == 0 else (p, q)  # the piece with the face, and the one that is borne
             for face in range(pieces.n_faces[piece]):
                 if not _faces_along(pieces.planes, piece, face, n, sign):
                     continue
-                plane, gap = pieces.planes[piece, face], np.inf
+                plane, gap = pieces.planes[piece, face], np.inf  # gap: height of the lowest corner above the face
                 for c in range(pieces.n_corners[mine]):
                     x = pieces.corners[mine, c]
                     gap = min(gap, plane[0] * x[0] + plane[1] * x[1] + plane[2] * x[2])
@@ -137,6 +150,7 @@ def _goes_on(
                 if gap < -SAG * by.depth[k] or (own and apart) or (own != apart and gap <= widest):
                     continue
                 if not own:
+                    # a face that stands higher than springs beside it give is a step that was built, and is met as such
                     step = _step(pieces, parts, carrier, k, by, sign, plane, place)
                     if step > LEVEL * _deepest(by, n, borne, other, carrier):
                         continue
@@ -157,8 +171,11 @@ def faces_that_go_on(
 
     Parameters
     ----------
-    owner : block of every piece, in their order
-    parts : where the pieces of every block begin, shape (n + 1,)
+    pieces : all pieces in their present position
+    owner : block of every piece, ascending, shape (p,)
+    parts : first piece of every block, shape (n + 1,)
+    by : joints that carry
+    pairs : numbers of both pieces of every pair, shape (m, 2)
     rows : pairs that are asked for, shape (r,)
     met : how all pairs meet by their least overlap
     found : written, shape (r, 4): number of the joint whose face goes on, -1 where there is none; piece and face that

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dem.kernels.added_terms import Numbers
 from dem.kernels.arrays import (
     E_FRACTURE,
     E_FRICTION,
@@ -17,7 +18,8 @@ from dem.kernels.arrays import (
 )
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import strained_sums
-from dem.kernels.joint_law import Numbers, Peak, return_map
+from dem.kernels.joint_law import return_map
+from dem.kernels.joint_strength import Peak
 from dem.kernels.kinematics import Axes, cross, crossing, dot, kinematics, third_axis
 from dem.kernels.sums import joint_sums
 
@@ -32,6 +34,7 @@ def _crossing_forces(
 
     Parameters
     ----------
+    points, joints, bodies : all of them; wrenches are added to ``bodies.contact``, crossing points are changed
     dt : time step [s]; 0 to read forces without moving anything
     total : energies by ``E_...`` [J], added to
     part : joints, and where their sums go
@@ -46,6 +49,7 @@ def _crossing_forces(
         mu = law[j, LAW.tan_phi] + points.damage[k] * (law[j, LAW.rest_tan_phi] - law[j, LAW.tan_phi])
         w, old = distance + points.gap[k], points.lift[k]
         if not w < old:
+            # open: the elastic slip is lost
             points.slip_1[k] = points.slip_2[k] = 0.0
             continue
         wa, wb = cross((spin[a, 0], spin[a, 1], spin[a, 2]), ra), cross((spin[b, 0], spin[b, 1], spin[b, 2]), rb)
@@ -83,9 +87,10 @@ def add_wrench(
     Parameters
     ----------
     contact : wrench on every block about its centroid [N, N m], added to, shape (n, 6)
-    axes : rows t1, t2, n of the joint
-    force, moment : on b in them [N], [N m]
-    ra, rb : arms from either centroid to the joint's origin [m]
+    a, b : rows of ``contact`` of the two blocks
+    axes : rows t1, t2, n of the joint in global axes
+    force, moment : on b about the joint's origin, along t1, t2, n [N], [N m]
+    ra, rb : arms from either centroid to the joint's origin, global axes [m]
     """
     f0 = axes[0][0] * force[0] + axes[1][0] * force[1] + axes[2][0] * force[2]
     f1 = axes[0][1] * force[0] + axes[1][1] * force[1] + axes[2][1] * force[2]
@@ -112,15 +117,17 @@ def _joint_forces(
     points: Points, joints: Joints, bodies: RigidBodies, dt: float, total: Array, part: Part,
     modes: BlockModes | None = None, space: bool | None = None,
 ) -> None:
-    """Add to ``bodies.contact`` and ``modes.contact`` from a part of the joints and update their points.
-
-    ``modes`` is None where all blocks are rigid, ``space`` where they strain in a plane: the compiler then leaves out
-    what is for the other.
+    """Add the forces of a part of the joints to their blocks, and update their points; not of edges that cross.
 
     Parameters
     ----------
-    dt : step [s]
-    total : accumulated scalars, added to
+    points, joints : all of them; points that yield are changed
+    bodies : blocks; wrenches are added to ``bodies.contact``
+    dt : step [s]; 0 to read forces without moving anything
+    total : accumulated scalars, entries ``E_...``, added to [J]
+    part : which joints, and where their sums go
+    modes : shapes of blocks that deform, ``modes.contact`` is added to; None where all blocks are rigid
+    space : None where blocks strain in a plane; what is None the compiler leaves out
     """
     contact, law = bodies.contact, joints.law
     friction = viscous = fracture = 0.0
@@ -146,7 +153,10 @@ def _joint_forces(
 
 @kernel(counted=True)
 def contact_wrenches(points: Points, joints: Joints, bodies: RigidBodies) -> None:
-    """Wrench of the joints on every block in the present position, shape (n, 6), written to ``bodies.contact``."""
+    """Wrench of the joints on every block in the present position, shape (n, 6), written to ``bodies.contact``.
+
+    Points and crossing edges of ``joints`` yield as in a step: their state may change.
+    """
     part, total = Part(0, joints.block_a.size, 0, 0), np.zeros(E_SIZE)
     bodies.contact[:] = 0.0
     _joint_forces(points, joints, bodies, 0.0, total, part)

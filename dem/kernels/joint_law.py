@@ -12,108 +12,48 @@ none and ``dilates`` is a constant of the call, so that what a law does not have
 functions that it calls are part of it; they take its numbers and give back those that they change.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
-from dem.kernels.added_terms import entries_of, with_added
-from dem.kernels.arrays import LAW, Array
+from dem.kernels.added_terms import Numbers
 from dem.kernels.compiled import kernel
+from dem.kernels.joint_strength import TINY, Peak, SofteningRow, strength_of
 
-Numbers = tuple[float, ...]
-WITHIN = 1.0 - 1e-9  # squared shear over squared strength below which a point is elastic whatever the rounding
+WITHIN = 1.0 - 1e-9
+"""Squared shear over squared strength below which a point is elastic whatever the rounding."""
 
-
-class Peak(NamedTuple):
-    """Stiffness [Pa/m] and peak values of a joint, and the entries of terms added to its law; None for none."""
-
-    kn: float
-    ks: float
-    tan_phi: float
-    tan_psi: float
-    cohesion: float
-    tension: float
-    crushing: float  # closing at which it crushes, fc / kn [m]
-    lift: float  # largest plastic opening [m]
-    added: Numbers | None
-
-
-class SofteningRow(NamedTuple):
-    """What a joint gains from peak to residual, damage per opening and per slip [1/m], and how its tension unloads."""
-
-    tan_phi: float
-    tan_psi: float
-    cohesion: float
-    tension: float
-    by_opening: float
-    by_slip: float
-    secant: float  # where tension unloads to the origin, what opens it per damage [Pa]
-
-
-@kernel(forceinline=True)
-def plain_peak_of(law: Array, j: int) -> Peak:
-    """Peak values of joint j, which has no added terms, from the rows ``law`` of all joints."""
-    return Peak(
-        law[j, LAW.kn], law[j, LAW.ks], law[j, LAW.tan_phi], law[j, LAW.tan_psi], law[j, LAW.cohesion],
-        law[j, LAW.tension], law[j, LAW.crushing], law[j, LAW.lift], None,
-    )
-
-
-@kernel(forceinline=True)
-def peak_of(law: Array, j: int) -> Peak:
-    """Peak values of joint j, with its added terms, from the rows ``law`` of all joints."""
-    return Peak(
-        law[j, LAW.kn], law[j, LAW.ks], law[j, LAW.tan_phi], law[j, LAW.tan_psi], law[j, LAW.cohesion],
-        law[j, LAW.tension], law[j, LAW.crushing], law[j, LAW.lift], entries_of(law, j),
-    )
-
-
-@kernel(forceinline=True)
-def softening_of(law: Array, j: int) -> SofteningRow:
-    """How joint j falls from its peak to its residual values, from the rows ``law`` of all joints."""
-    # where the opening does no damage there is none to unload from
-    # pull of the elastic opening beyond ft at damage 1 [Pa]
-    secant = law[j, LAW.secant] * law[j, LAW.kn] / max(law[j, LAW.by_opening], 1e-300)
-    return SofteningRow(
-        law[j, LAW.rest_tan_phi] - law[j, LAW.tan_phi], law[j, LAW.rest_tan_psi] - law[j, LAW.tan_psi],
-        law[j, LAW.rest_cohesion] - law[j, LAW.cohesion], law[j, LAW.rest_tension] - law[j, LAW.tension],
-        law[j, LAW.by_opening], law[j, LAW.by_slip], secant,
-    )
-
-
-@kernel(forceinline=True)
-def strength_of(peak: Peak, softening: SofteningRow | None, damage: float, slip_1: float, slip_2: float) -> Numbers:
-    """tan(phi), tan(psi), c [Pa] and ft [Pa] of a point, added terms included.
-
-    Parameters
-    ----------
-    damage : 0 at the peak, 1 at residual values [-]
-    slip_1, slip_2 : plastic slip [m]
-    softening : None where nothing is lost
-    """
-    mu, dil, c, ft = peak.tan_phi, peak.tan_psi, peak.cohesion, peak.tension
-    if softening is not None:
-        mu, dil, c, ft = (
-            mu + damage * softening.tan_phi, dil + damage * softening.tan_psi, c + damage * softening.cohesion,
-            ft + damage * softening.tension,
-        )
-    return with_added(peak.added, mu, dil, c, ft, slip_1, slip_2, damage)
+SNAP = 0.1
+"""Least stiffness against plastic slip, over ks. A point that slides back takes pressure, which softens it; chosen."""
 
 
 @kernel(forceinline=True)
 def tension(n0: float, ft: float, reach: float) -> float:
-    """Stress of a spring at n0 [Pa]: n0 where pressed; pulled it falls from -ft at n0 = -reach straight to nothing."""
-    return max(n0, 0.0) + max(min(n0, 0.0) * (ft / max(reach, 1e-300)), -ft)
+    """Normal stress of a point [Pa], compression positive.
+
+    Pressed it is that of the spring. Pulled it grows straight from nothing to -ft at n0 = -reach, and stays there.
+
+    Parameters
+    ----------
+    n0 : stress of the elastic opening if it were that of a spring, kn (w_p - w) [Pa]
+    ft : tensile strength [Pa]
+    reach : pull, as -n0, at which the point bears ft: ft itself where it unloads with kn [Pa]
+    """
+    return max(n0, 0.0) + max(min(n0, 0.0) * (ft / max(reach, TINY)), -ft)
 
 
 @kernel(forceinline=True)
 def stored(pull: float, ft: float, reach: float, kn: float) -> float:
-    """Energy that a point holds in tension [J/m2] at an opening pull / kn: it gives back ft beyond reach / kn.
+    """Energy that a point holds in tension [J/m2]: the area under :func:`tension` up to an opening pull / kn.
 
-    Up to there the tension falls straight to nothing; reach is ft where it unloads with kn.
+    Beyond reach / kn it gives back ft times the opening.
+
+    Parameters
+    ----------
+    pull : kn times the elastic opening, 0 where the point is pressed [Pa]
+    ft, reach : as in :func:`tension` [Pa]
+    kn : stiffness [Pa/m]
     """
     q = min(pull, reach)
-    return ft * (0.5 * q * q / max(reach, 1e-300) + (pull - q)) / kn
+    return ft * (0.5 * q * q / max(reach, TINY) + (pull - q)) / kn
 
 
 @kernel(fast=False, forceinline=True)
@@ -133,7 +73,7 @@ def stress(
     a1, a2 = slip_1 - e1, slip_2 - e2
     trial = ks * np.sqrt(a1 * a1 + a2 * a2)
     # the elastic shear, shortened to c + tan(phi) N where it is larger
-    ratio = min(max(c + mu * n, 0.0) / max(trial, 1e-300), 1.0)
+    ratio = min(max(c + mu * n, 0.0) / max(trial, TINY), 1.0)
     t1, t2 = ks * ratio * a1, ks * ratio * a2
     pressed = max(n, 0.0)
     held = stored(max(kn * (w - lift), 0.0), ft, reach, kn)
@@ -145,15 +85,23 @@ def _weakened(
     peak: Peak, softening: SofteningRow, slip_1: float, slip_2: float, damage: float, stretched: float, pressed: float,
     sheared: float, stiffer: float,
 ) -> Numbers:
-    """Damage at the end of a step, and the strength that it leaves: tan(phi), tan(psi), c, ft, and where ft unloads.
+    """Damage of a point at the end of a step, and the strength that it leaves.
 
     Parameters
     ----------
-    stretched : pull of the elastic opening beyond the tensile strength [Pa]
-    pressed, sheared : trial stresses [Pa]
-    stiffer : stiffness of a dashpot beside its spring over the spring's [-]
+    peak, softening : peak values of the joint, and how it falls from them
     slip_1, slip_2 : plastic slip before the step [m]
     damage : before the step [-]
+    stretched : pull of the elastic opening beyond the tensile strength, 0 within it [Pa]
+    pressed : trial normal stress of spring and dashpot, compression positive [Pa]
+    sheared : size of their trial shear stress [Pa]
+    stiffer : stiffness of the spring with a dashpot beside it, over that of the spring alone [-]
+
+    Returns
+    -------
+    h : damage after the step [-]
+    mu, dil, c, ft : tan(phi), tan(psi), c [Pa] and ft [Pa] that it leaves
+    reach : pull at which the point bears ft, see :func:`tension` [Pa]
     """
     # damage by opening beyond the tension cut-off (not cumulative), then by slip (cumulative): what has opened has less
     # shear to lose
@@ -174,12 +122,17 @@ def within(
 ) -> Numbers:
     """Stress at a point well within its strength, and whether it is: no root, no division.
 
-    Arguments as in :func:`return_map`, which gives these numbers for such a point. Returned are t1, t2, n [Pa], power
-    of the dashpots [W/m2], and 0.0, or 1.0 where the point is not within.
+    Arguments as in :func:`return_map`, which gives these numbers for such a point.
+
+    Returns
+    -------
+    t1, t2, n : stress on b, compression positive [Pa]
+    braked : power of the dashpots [W/m2]
+    beyond : 0.0, or 1.0 where the point is not within: the others then mean nothing
     """
     kn, ks = peak.kn, peak.ks
     mu, _, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)
-    # tension that has softened falls straight to nothing: not by the stiffness
+    # pull that the spring bears with kn; tension that has softened and unloads to the origin does not, at any pull
     drawn = ft if softening is None else ft * (softening.secant * damage == 0.0)
     q1, q2, n0 = ks * (slip_1 - e1), ks * (slip_2 - e2), kn * (lift - w)
     n, braked = n0, 0.0
@@ -202,8 +155,8 @@ def _held(peak: Peak, spring: Numbers) -> float:
 
     Parameters
     ----------
-    spring : stress n0 of the elastic opening if it were a spring, stress n, shears t1 and t2, tensile strength ft,
-        and the stress if it were a spring from which tension unloads straight to nothing [Pa]
+    peak : stiffnesses of the joint
+    spring : n0 of :func:`tension`, normal stress, shear stress along t1 and t2, ft and reach of :func:`tension` [Pa]
     """
     n0, _, t1, t2, ft, reach = spring
     pressed = max(n0, 0.0)
@@ -221,11 +174,18 @@ def _lost(peak: Peak, old: Numbers, now: Numbers, slid: Numbers, moved: Numbers,
 
     Parameters
     ----------
-    old, now : of springs before and after the step: stress of the elastic opening if it were a spring, N, t1, t2, ft,
-        and where ft unloads [Pa]
-    slid : plastic slip against t1 and t2, and plastic opening, of the step [m]
+    peak : stiffnesses of the joint
+    old, now : springs before and after the step, see :func:`_held` [Pa]
+    slid : plastic slip of the step along t1 and t2, positive the way the shear stress on b points, and plastic opening
+        [m]
     moved : e1, e2, w less what they were before the step [m]
-    grows : whether damage does
+    grows : whether damage grows in the step
+
+    Returns
+    -------
+    rubbed : work of the shear over the plastic slip
+    raised : work of N over the plastic opening, which is given back
+    broken : what damage releases
     """
     n, t1, t2 = 0.5 * (old[1] + now[1]), 0.5 * (old[2] + now[2]), 0.5 * (old[3] + now[3])
     rubbed, raised, broken = t1 * slid[0] + t2 * slid[1], n * slid[2], 0.0
@@ -246,18 +206,19 @@ def _opened(
 
     Parameters
     ----------
+    peak : stiffnesses and peak values of the joint
     inv_ks : 1 / ks [m/Pa]
-    n0 : stress of the elastic opening if it were a spring [Pa]
-    worn : tan(phi), tan(psi), c, ft and where ft unloads, of the damage after the step
-    pull : trial shear of the springs, that of springs and dashpots along t1, t2 and in size, trial pressure [Pa], and
-        how much stiffer a dashpot makes a spring [-]
     w : opening now [m]
+    n0 : stress of the elastic opening if it were that of a spring, see :func:`tension` [Pa]
     slip_1, slip_2, lift : plastic slip and plastic opening before the step [m]
+    worn : tan(phi), tan(psi), c, ft and reach that damage leaves after the step, see :func:`_weakened`
+    pull : size of the springs' trial shear [Pa]; trial shear of springs and dashpots along t1, along t2 and in size
+        [Pa]; their trial pressure [Pa]; how much stiffer a dashpot makes a spring [-]
 
     Returns
     -------
     new : plastic opening by a slip that goes straight on [m]
-    short : what an open point lacks of it [m]
+    short : less than 0 by what an open point lacks of it [m]
     most : the largest that a point may have [m]
     before : plastic slip before the step [m]
     farthest : slip up to which it dilates [m]
@@ -266,12 +227,14 @@ def _opened(
     mu, dil, c, ft, reach = worn
     trial, b1, b2, total, pressed, stiffer = pull
     before = np.sqrt(slip_1 * slip_1 + slip_2 * slip_2)
-    outward = -(slip_1 * b1 + slip_2 * b2) / max(before * total, 1e-300) if before > 0.0 else 1.0
-    farthest = peak.lift / max(peak.tan_psi, 1e-300)
+    # cosine between the slip so far and that of this step, which runs against the shear stress on b: 1 away from where
+    # the point was made, -1 straight back
+    outward = -(slip_1 * b1 + slip_2 * b2) / max(before * total, TINY) if before > 0.0 else 1.0
+    farthest = peak.lift / max(peak.tan_psi, TINY)
     outward = outward if before < farthest else 0.0
-    rate = dil * outward
-    # in a closed joint consistent with the friction it mobilises: sliding back takes pressure and with it friction
-    over = max(total - c - mu * pressed, 0.0) / (stiffer * max(ks + kn * mu * rate, 0.1 * ks))
+    rate = dil * outward  # plastic opening per slip
+    # slip in a closed joint consistent with the friction it mobilises: sliding back takes pressure and friction with it
+    over = max(total - c - mu * pressed, 0.0) / (stiffer * max(ks + kn * mu * rate, SNAP * ks))
     # beyond the apex all of the shear slips and no more
     rise = rate * min(over, total * inv_ks / stiffer)
     # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
@@ -298,9 +261,9 @@ def return_map(
 
     Parameters
     ----------
-    w : opening, initial gap included [m]
+    w : opening, initial gap included, negative where b overlaps a [m]
     e1, e2 : displacement of b against a along t1, t2 [m]
-    slip_1, slip_2, lift, damage : plastic slip and plastic opening [m], damage [-] before the step
+    slip_1, slip_2, lift, damage : plastic slip along t1 and t2, plastic opening [m] and damage [-] before the step
     peak : of :func:`peak_of`
     softening : of :func:`softening_of`, or None for a law that keeps its peak values
     dashpot : None, or dashpot over stiffness [s], velocity of b against a along t1, t2, n [m/s] and 1 / dt [1/s]
@@ -309,8 +272,8 @@ def return_map(
 
     Returns
     -------
-    t1, t2, n : stress on b, that of the dashpots included [Pa]
-    slip_1, slip_2, lift, damage : state after the step
+    t1, t2, n : stress on b along t1, t2 and n, that of the dashpots included; n > 0 is compression [Pa]
+    slip_1, slip_2, lift, damage : state after the step, as given [m, m, m, -]
     rubbed : work of the friction over the slip [J/m2]
     raised : work of N over the plastic opening, which it loses [J/m2]
     braked : power of the dashpots [W/m2]
@@ -323,8 +286,8 @@ def return_map(
 
     In the elastic predictor ks (a1, a2) is the shear of the springs, with the sign of the stress on b, and n0 their
     pressure. Before the step ``held`` is the tensile strength, and ``reached`` the pull from which tension unloads to
-    nothing; after it these are ``ft`` and ``reach``, and damage is ``h``. In the return to the cone g is the plastic
-    slip of the step, and q the shear of spring and dashpot that is left.
+    nothing; after it these are ``ft`` and ``reach``, and damage is ``h``. In the return to the cone q is the shear of
+    spring and dashpot that is left. By g, which points along q, the plastic slip falls in the step.
     """
     kn, ks, fc = peak.kn, peak.ks, peak.crushing
     a1, a2 = slip_1 - e1, slip_2 - e2
@@ -375,7 +338,7 @@ def return_map(
         z3 = max(z * kn * ((new - lift) * per_dt - r3), -ft - spring)
         n = spring + z3
     cap = max(c + mu * n, 0.0)
-    ratio = min(cap / max(total, 1e-300), 1.0)
+    ratio = min(cap / max(total, TINY), 1.0)  # part of the trial shear that is left on the cone
     if dashpot is None:
         g1, g2 = (1.0 - ratio) * a1, (1.0 - ratio) * a2
         q1, q2, braked = ks * ratio * a1, ks * ratio * a2, 0.0

@@ -11,10 +11,16 @@ Axes = tuple[Numbers, Numbers, Numbers]
 
 @kernel(inline="always")
 def kinematics(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, Numbers, Numbers, Numbers, Numbers]:
-    """Frame of joint j in global axes (rows), relative displacement d of its origin, G = R_rel - I, and both arms.
+    """Frame of joint j now, displacement and rotation of block b against a there, and both arms.
 
-    Returns tuples, inlined so that they stay in registers: the frame's rows t1, t2, n; d (3) in the frame;
-    g (6) = (G11, G12, G21, G22, G31, G32); ra and rb (3), from the centroids to block a's joint origin, global axes.
+    ``joints`` and ``bodies`` are all of them. Tuples are returned, inlined so that they stay in registers.
+
+    Returns
+    -------
+    axes : rows t1, t2, n of the joint in global axes, as block a carries them
+    d : displacement of b's joint origin against a's along t1, t2, n [m]
+    g : first two columns of G = R_rel - I in these axes, row by row: G11, G12, G21, G22, G31, G32 [-]
+    ra, rb : from the centroids of a and of b to block a's joint origin, global axes [m]
     """
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
     # indices instead of views: a view costs a reference count, and there are thousands of joints per millisecond
@@ -75,7 +81,7 @@ def kinematics(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, Numbe
 
 @kernel(forceinline=True)
 def third_axis(g: Numbers) -> Numbers:
-    """Third column of R_rel from the first two of G."""
+    """Third column of R_rel, vector product of the first two, from G11, G12, G21, G22, G31, G32 of G = R_rel - I."""
     r1, r2, r3 = 1.0 + g[0], g[2], g[4]
     q1, q2, q3 = g[1], 1.0 + g[3], g[5]
     return r2 * q3 - r3 * q2, r3 * q1 - r1 * q3, r1 * q2 - r2 * q1
@@ -83,7 +89,7 @@ def third_axis(g: Numbers) -> Numbers:
 
 @kernel(fast=False)
 def turn_row(rot: Array, i: int, x: float, y: float, z: float) -> Numbers:
-    """(I + rot[i]) (x, y, z)."""
+    """Vector (x, y, z) of block i's reference axes in global ones; ``rot`` is R - I of all blocks, (n, 3, 3)."""
     return (
         x + rot[i, 0, 0] * x + rot[i, 0, 1] * y + rot[i, 0, 2] * z,
         y + rot[i, 1, 0] * x + rot[i, 1, 1] * y + rot[i, 1, 2] * z,
@@ -103,21 +109,29 @@ def dot(u: Numbers, v: Numbers) -> float:
     return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
 
 
+PARALLEL = 1e-9
+"""Sine of the angle below which edges that cross have become parallel: their normal is then lost in rounding."""
+
+
 @kernel(fast=False)
 def crossing(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, float, Numbers, Numbers]:
-    """Where the edges of joint j pass each other now: axes (t1 along a's edge, t2, n), distance along n, both arms.
+    """Where the edges of joint j pass each other now.
 
     n is the cross product of the edges as they lie now: the normal force is the gradient of an energy of the distance,
-    as n turns without work at the closest points. Both arms end in b's.
+    as n turns without work at the closest points. Both arms end in b's closest point.
 
-    Infinite distance: the edges became parallel, have passed through that, which turns n around, or pass each other
-    beyond their ends, where nearly parallel ones do so at arms of any length.
+    The distance is infinite where the edges became parallel, where they have passed through that, which turns n around,
+    and where they pass each other beyond their ends: nearly parallel ones would do so at arms of any length.
+
+    Parameters
+    ----------
+    joints, bodies : all of them
 
     Returns
     -------
-    axes : t1 along a's edge, t2, n
-    distance : along n [m]
-    ra, rb : arms from either centroid [m]
+    axes : t1 along a's edge, t2, and n from a to b, in global axes
+    distance : of b's edge from a's along n, negative where they overlap [m]
+    ra, rb : arms from either centroid to b's closest point, global axes [m]
     """
     a, b = joints.block_a[j], joints.block_b[j]
     rot, ca, cb, frame, edge = bodies.rot, joints.arm_a, joints.arm_b, joints.frame, joints.edge
@@ -134,9 +148,10 @@ def crossing(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, float, 
     )
     m = cross(ea, eb)
     size = np.sqrt(dot(m, m))
-    if size < 1e-9:
+    if size < PARALLEL:
         return (ea, ea, ea), np.inf, pa, pb
     n = (m[0] / size, m[1] / size, m[2] / size)
+    # from the joint's points to the closest ones: ``far`` along b's edge, ``along`` on a's, both edges of unit length
     far = dot(cross(d, ea), n) / size
     along, limits = dot(d, ea) + far * dot(eb, ea), joints.limits
     within = limits[j, 0] <= along and along <= limits[j, 1] and limits[j, 2] <= far and far <= limits[j, 3]
@@ -155,8 +170,13 @@ def relative_motion(
 
     Parameters
     ----------
-    axes : of the joint now
-    ra, rb : arms from either centroid to its origin [m]
+    joints, bodies : all of them
+    axes : rows t1, t2, n of the joint now, global axes
+    ra, rb : arms from either centroid to its origin, global axes [m]
+
+    Returns
+    -------
+    three components of the velocity, then three of the spin
     """
     a, b = np.uint64(joints.block_a[j]), np.uint64(joints.block_b[j])
     vel, spin = bodies.vel, bodies.spin

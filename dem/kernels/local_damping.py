@@ -17,9 +17,9 @@ def against_change(local: float, force: float, change: float, brake: float) -> f
     Parameters
     ----------
     local : factor of local damping [-]
-    force : unbalanced force [N], or moment
-    change : of it in the last step
-    brake : local |F| sign(v), of local damping
+    force : unbalanced force [N], or moment [N m]
+    change : of it in the last step, in the same unit
+    brake : local |F| sign(v), of local damping, in the same unit
 
     References
     ----------
@@ -31,14 +31,14 @@ def against_change(local: float, force: float, change: float, brake: float) -> f
 
 @kernel(inline="always")
 def brake_of(local: float, drifts: bool | None, force: float, past: float, speed: float) -> float:
-    """Cundall's local damping of an unbalanced force F [N], or moment: local |F| sign(v).
+    """Cundall's local damping of an unbalanced force F [N], or moment: local |F| sign(v), to be taken from F.
 
     Parameters
     ----------
     local : factor of local damping [-]
     drifts : whether motion is steady, and damping the combined one; None where it never is
-    force, past : unbalanced force now and in the step before
-    speed : velocity before the step
+    force, past : unbalanced force now and in the step before [N], or moments [N m]
+    speed : velocity before the step [m/s], or spin [rad/s]; only its sign counts
     """
     v = float(speed)
     # a sign without branches: which way a freedom moves cannot be foretold, and a third of a step went into guessing
@@ -54,6 +54,11 @@ def least_speeds(bodies: RigidBodies, i: int) -> tuple[float, float]:
 
     What a motion does not excite moves by rounding, up or down as the structure stands in space: its sign would turn
     all of its damping about.
+
+    Parameters
+    ----------
+    bodies : all blocks
+    i : number of the block
     """
     moves = turns = 0.0
     for k in range(3):
@@ -77,11 +82,14 @@ def brakes_of(
     Parameters
     ----------
     local, drifts : as :func:`brake_of` takes them
-    force, held : forces and freedoms that do not count, both from column ``at`` on, shape (n, 6)
-    past : force of the step before, from entry ``at`` on, shape (6,)
-    speed : velocity before the step, shape (n, 3)
-    least : of :func:`least_speeds`, what of it has no sign
-    axes : see :class:`dem.kernels.arrays.RigidBodies`
+    force : unbalanced forces [N] and moments [N m] of all blocks, shape (n, 6)
+    i : number of the block
+    at : first of the three columns of ``force``, ``held`` and ``past`` that are meant: 0 for forces, 3 for moments
+    past : those of the block in the step before, shape (6,)
+    speed : velocity [m/s] or spin [rad/s] of all blocks before the step, shape (n, 3)
+    least : speed up to which it has no sign, see :func:`least_speeds`
+    held : degrees of freedom that are held and do not count, shape (n, 6)
+    axes : see :class:`dem.kernels.arrays.RigidBodies`, shape (n, 3, 3)
     """
     x = y = z = 0.0
     for c in range(3):

@@ -3,7 +3,8 @@
 from dem.kernels.arrays import LAW, Array, BlockModes, Joints, Points, RigidBodies
 from dem.kernels.compiled import kernel
 from dem.kernels.deformed import deformation_at
-from dem.kernels.joint_law import peak_of, softening_of, stress
+from dem.kernels.joint_law import stress
+from dem.kernels.joint_strength import peak_of, softening_of
 from dem.kernels.kinematics import crossing, kinematics, third_axis
 
 
@@ -16,9 +17,10 @@ def measure(
 
     Parameters
     ----------
-    position, force : block b's material points [m] less the reference centroid of b (add it), and the force on block b
-        in global axes [N], written, shape (m, 3)
-    opening : w - w_p, total opening less dilation [m], written, shape (m,)
+    points, joints, bodies : all of them
+    position : block b's material points now less the reference centroid of b, global axes [m], written, shape (m, 3)
+    force : on block b, global axes [N], written, shape (m, 3)
+    opening : w - w_p, total opening less dilation, negative where pressed [m], written, shape (m,)
     slip : total slip of b against a along t1, t2 [m], written, shape (m, 2)
     modes, space : of blocks that deform, see :func:`dem.kernels.advance`
 
@@ -54,11 +56,12 @@ def measure(
         z1, z2, z3 = third_axis(g)
         peak, softening = peak_of(joints.law, j), softening_of(joints.law, j)
         for k in range(joints.start[j], joints.start[j + 1]):
+            # displacement of b against a at the point: slip e1, e2 and opening w, as in sums.point_sums
             x, y, far, h = points.s[k], points.t[k], points.gap[k], points.damage[k]
             e1 = d[0] + g[0] * x + g[1] * y + z1 * far
             e2 = d[1] + g[2] * x + g[3] * y + z2 * far
             w = d[2] + g[4] * x + g[5] * y + z3 * far
-            u1 = u2 = u3 = 0.0
+            u1 = u2 = u3 = 0.0  # displacement of a's face by its strains, which carries the point along
             if modes is not None:
                 r1, r2, r3, u1, u2, u3 = deformation_at(j, joints, modes, space, g, x, y)
                 e1, e2, w = e1 + r1, e2 + r2, w + r3

@@ -9,14 +9,29 @@ from dem.kernels.compiled import kernel
 from dem.kernels.kinematics import cross, dot
 from dem.kernels.pivots import OF_A, OF_B, OF_BOTH, extent, extremes
 
+ROUNDING = 1e-9
+"""Length over the extent of all points below which it is nothing but rounding [-]."""
+
+IN_A_ROW = 1e-16
+"""Determinant of the sums of products, over their squared trace, up to which points lie in a row [-]."""
+
+STRAIGHT = 1e-12
+"""Twice the area of a triangle of three points, over that of their box, up to which they lie on one side [-]."""
+
+AT_A_CORNER = 1e-6
+"""Part of a side by which a line may miss it and still meet it at its end, so that no corner lets it through."""
+
+BESIDE = 1e-4
+"""Step beyond a side, and into either block, at which it is asked whose the side is, over the extent; chosen [-]."""
+
 
 class SolidArrays(NamedTuple):
-    """Convex pieces of blocks in the reference position, block after block, padded."""
+    """Convex pieces of blocks in the reference position, block after block; arrays are padded to the largest."""
 
     start: Index  # first piece of every block, (n + 1,)
     corners: Array  # from the block's centroid [m], (p, v, 3)
     faces: Index  # corners of every face, (p, f, k)
-    size: Index  # (p, f)
+    size: Index  # how many corners a face has, (p, f)
     n_faces: Index  # (p,)
 
 
@@ -28,13 +43,14 @@ def slope_of(x: Array, y: Array, height: Array) -> tuple[float, float]:
 
     Parameters
     ----------
-    x, y, height : [m], shape (n,)
+    x, y, height : places and heights of the points [m], shape (n,)
 
     Returns
     -------
-    slope_x, slope_y : [-]
+    slope_x, slope_y : rise of the plane per length along x and along y [-]
     """
     n = len(x)
+    # normal equations about the mean: sums of dx dx, dy dy, dx dy on the left, of dx h and dy h (u, v) on the right
     mx = my = mean = 0.0
     for k in range(n):
         mx, my, mean = mx + x[k], my + y[k], mean + height[k]
@@ -45,10 +61,10 @@ def slope_of(x: Array, y: Array, height: Array) -> tuple[float, float]:
         xx, yy, xy = xx + dx * dx, yy + dy * dy, xy + dx * dy
         u, v = u + dx * h, v + dy * h
     det, whole = xx * yy - xy * xy, xx + yy
-    if det > 1e-16 * whole * whole:
+    if det > IN_A_ROW * whole * whole:
         return (yy * u - xy * v) / det, (xx * v - xy * u) / det
     if not whole > 0.0:
-        return 0.0, 0.0
+        return 0.0, 0.0  # all points at one place: level
     # the sums of products of a row along (c, s) are its length squared times c c, c s and s s
     return (xx * u + xy * v) / (whole * whole), (xy * u + yy * v) / (whole * whole)
 
@@ -57,11 +73,14 @@ def slope_of(x: Array, y: Array, height: Array) -> tuple[float, float]:
 def convex_hull(x: Array, y: Array, corners: Index) -> int:
     """Corners of the convex hull of points, counter-clockwise from the leftmost; none in the middle of a side.
 
-    Their numbers are written to ``corners``, which has two places more than there are points; how many is returned.
-
     Parameters
     ----------
     x, y : places of the points [m], shape (n,)
+    corners : numbers of the points that are corners, written, shape (n + 2,)
+
+    Returns
+    -------
+    found : how many corners were written
 
     Notes
     -----
@@ -70,7 +89,7 @@ def convex_hull(x: Array, y: Array, corners: Index) -> int:
     n = len(x)
     order = np.empty(n, np.int64)
     # points of a column differ by rounding, and in a sort by that the lowest, a corner, comes second and is left out
-    same = 1e-9 * extent(x, n)
+    same = ROUNDING * extent(x, n)
     for k in range(n):
         at = k
         while at > 0 and (
@@ -79,8 +98,9 @@ def convex_hull(x: Array, y: Array, corners: Index) -> int:
             order[at] = order[at - 1]
             at -= 1
         order[at] = k
-    flat = 1e-12 * extent(x, n) * extent(y, n)
+    flat = STRAIGHT * extent(x, n) * extent(y, n)
     found = 0
+    # the lower chain from left to right, then the upper one back; each leaves its last corner to the next
     for way in range(2):
         first = found
         for step in range(n):
@@ -98,11 +118,13 @@ def convex_hull(x: Array, y: Array, corners: Index) -> int:
 
 @kernel(fast=False)
 def _inside(solids: SolidArrays, block: int, at: tuple[float, float, float]) -> bool:
-    """Whether a place lies in a block, both in its reference position.
+    """Whether a place lies in one of a block's convex pieces, both in the reference position.
 
     Parameters
     ----------
-    at : place from the block's centroid [m]
+    solids : pieces of all blocks
+    block : number of the block
+    at : place from the block's centroid, reference axes [m]
     """
     x = solids.corners
     for p in range(solids.start[block], solids.start[block + 1]):
@@ -134,13 +156,14 @@ def _whose_side(j: int, joints: Joints, solids: SolidArrays, s: float, t: float,
 
     Parameters
     ----------
+    joints : all joints
+    solids : pieces of all blocks
     s, t : place a step beyond the side, on the joint's plane [m]
     step : from the plane into either block [m]
 
     Returns
     -------
-    int
-        ``OF_A``, ``OF_B`` or ``OF_BOTH``.
+    whose : ``OF_A``, ``OF_B`` or ``OF_BOTH``
     """
     frame, turn = joints.frame, joints.turn
     local = (
@@ -157,6 +180,7 @@ def _whose_side(j: int, joints: Joints, solids: SolidArrays, s: float, t: float,
     # the joint's plane in block b's axes: rotated by the quaternion (w, v)
     w, v = turn[j, 0], (turn[j, 1], turn[j, 2], turn[j, 3])
     above = (local[0] + n[0], local[1] + n[1], local[2] + n[2])
+    # v' = (2 w w - 1) x + 2 (v . x) v + 2 w v x x, of a unit quaternion
     across, along, same = cross(v, above), 2.0 * dot(v, above), 2.0 * w * w - 1.0
     arm = joints.arm_b
     goes_on = _inside(solids, joints.block_b[j], (
@@ -169,20 +193,20 @@ def _whose_side(j: int, joints: Joints, solids: SolidArrays, s: float, t: float,
 
 @kernel(fast=False)
 def _outline(x: Array, y: Array, wide: float, high: float, corners: Index, u: Array, v: Array) -> int:
-    """Convex outline of points, written to ``u`` and ``v``; of a row of points a narrow strip around it.
+    """Convex outline of points; of a row of points a strip around it, as wide as the row is long.
 
     Parameters
     ----------
-    x, y : places of the points [m]
+    x, y : places of the points [m], shape (n,)
     wide, high : their extents along x and y [m]
-    corners : work space
-    u, v : the outline [m], counter-clockwise
+    corners : work space for numbers of points, shape (n + 2 or more,)
+    u, v : corners of the outline along x and y [m], counter-clockwise, written, shape (n + 2 or more, at least 4)
 
     Returns
     -------
     count : corners of the outline
     """
-    if min(wide, high) > 1e-9 * max(wide, high):
+    if min(wide, high) > ROUNDING * max(wide, high):
         count = convex_hull(x, y, corners)
         for i in range(count):
             u[i], v[i] = x[corners[i]], y[corners[i]]
@@ -204,18 +228,19 @@ def _between(
 ) -> tuple[float, float, float]:
     """Where a point lies between an outline's ends along u, 0 low to 1 high, and whose edge each end is.
 
-    The ends are those of the line v = ``aside`` through the outline. (0.5, OF_B, OF_B) where it misses
-    the outline.
+    The ends are those of the line v = ``aside`` through the outline. Where the line misses the outline, or passes it
+    at a corner alone, the answer is that of points that stay with b: the middle, between edges of b.
 
     Parameters
     ----------
-    u, v : corners of the outline in the plane of the joint [m]; ``count`` of them count
-    whose : block, OF_A or OF_B, whose edge begins at every corner
-    along, aside : the point, u and v [m]
+    u, v : corners of the outline in the plane of the joint [m]; the first ``count`` of them count
+    whose : OF_A, OF_B or OF_BOTH of the side that begins at every corner
+    count : how many corners the outline has
+    along, aside : place of the point along u and along v [m]
 
     Returns
     -------
-    part : part of the way [-]
+    part : part of the way from the lower to the upper end [-]
     lower, upper : whose edge either end is, OF_A, OF_B or OF_BOTH
     """
     reach = max(extent(u, count), extent(v, count))
@@ -223,11 +248,11 @@ def _between(
     for i in range(count):
         k = (i + 1) % count
         rise = v[k] - v[i]
-        if not abs(rise) > 1e-9 * reach:
-            continue
+        if not abs(rise) > ROUNDING * reach:
+            continue  # a side along the line has its ends where the sides beside it meet the line
         way = (aside - v[i]) / rise
         # the edge does not reach the height of the point
-        if not (way > -1e-6 and way < 1.0 + 1e-6):
+        if not (way > -AT_A_CORNER and way < 1.0 + AT_A_CORNER):
             continue
         at = u[i] + way * (u[k] - u[i])
         if at < low:
@@ -237,7 +262,7 @@ def _between(
     if first < 0:
         return 0.5, float(OF_B), float(OF_B)
     length = high - low
-    if not length > 1e-9 * reach:
+    if not length > ROUNDING * reach:
         return 0.5, float(OF_B), float(OF_B)
     return min(max((along - low) / length, 0.0), 1.0), float(whose[first]), float(whose[last])
 
@@ -246,13 +271,14 @@ def _between(
 def find_ends(points: Points, joints: Joints, setback: Array, solids: SolidArrays, rows: Index, ends: Array) -> None:
     """Write where the points of some joints lie between the ends of the outline.
 
-    A row of ``ends`` holds s, t and the gradient of the gap as it was made. For each axis follow the part of the way
-    from the lower to the upper end, and whose edge either end is.
-
     Parameters
     ----------
-    setback : how far every point is set back, shape (m,) [m]
-    rows, ends : numbers of the joints; (s, t, slope, slope, then part, lower, upper for s and for t), shape (m, 10)
+    points, joints : all of them
+    setback : how far every point is set back [m], shape (m,)
+    solids : pieces of all blocks
+    rows : numbers of the joints that are asked for
+    ends : written in the rows of their points, shape (m, 10): s, t [m]; slopes of the gap along s and t as it was made
+        [-]; then for s and for t the part of the way from the lower to the upper end, and whose edge either end is
     """
     for j in rows:
         first, last = joints.start[j], joints.start[j + 1]
@@ -267,18 +293,20 @@ def find_ends(points: Points, joints: Joints, setback: Array, solids: SolidArray
         wide, high = extent(x, n), extent(y, n)
         largest = max(wide, high)
         if not largest > 0.0:
-            continue
+            continue  # a single point has no outline: it stays with b
         room = max(n + 2, 4)
         corners, u, v, whose = np.empty(room, np.int64), np.empty(room), np.empty(room), np.empty(room, np.int64)
-        count, step = _outline(x, y, wide, high, corners, u, v), 1e-4 * largest
+        count, step = _outline(x, y, wide, high, corners, u, v), BESIDE * largest
         for i in range(count):
+            # a step outwards from the middle of the side: the outline runs counter-clockwise
             k = (i + 1) % count
             du, dv = u[k] - u[i], v[k] - v[i]
             by = step / np.sqrt(du * du + dv * dv)
             s, t = 0.5 * (u[i] + u[k]) + by * dv, 0.5 * (v[i] + v[k]) - by * du
             whose[i] = _whose_side(j, joints, solids, s, t, step)
+        # along an axis on which the points have no extent there is no way between two ends
         for k in range(n):
-            if wide > 1e-9 * largest:
+            if wide > ROUNDING * largest:
                 out[k, 4], out[k, 5], out[k, 6] = _between(u, v, whose, count, x[k], y[k])
-            if high > 1e-9 * largest:
+            if high > ROUNDING * largest:
                 out[k, 7], out[k, 8], out[k, 9] = _between(v, u, whose, count, y[k], x[k])

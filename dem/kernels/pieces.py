@@ -10,12 +10,12 @@ from dem.kernels.compiled import kernel
 
 
 class PieceArrays(NamedTuple):
-    """Convex pieces in their present position, padded."""
+    """Convex pieces in their present position; arrays are padded to the largest piece and face."""
 
     corners: Array  # [m], (p, v, 3)
     n_corners: Index  # numbers in use, (p,)
     faces: Index  # corners of every face, (p, f, k)
-    size: Index  # (p, f)
+    size: Index  # how many corners a face has, (p, f)
     n_faces: Index  # (p,)
     edges: Index  # both corners and both faces of every edge, (p, e, 4)
     n_edges: Index  # (p,)
@@ -40,8 +40,8 @@ class NearPairs(NamedTuple):
 
     pairs: Index  # pieces, sorted, (m, 2)
     blocks: Index  # the one that reaches farther from its centroid first, (m, 2)
-    low: Array  # boxes of all pieces as they were, from the ground, with a skin [m], (p, 3)
-    high: Array
+    low: Array  # boxes of all pieces as they were, from the ground, with a skin: least coordinates [m], (p, 3)
+    high: Array  # and largest ones [m], (p, 3)
     offset: Array  # of the second block's centroid from the first, in the axes of the first [m], (m, 3)
     turn: Array  # of the second block against the first, quaternion, (m, 4)
     move: Array  # motion against each other up to which they need not be looked at [m], (m,)
@@ -50,14 +50,16 @@ class NearPairs(NamedTuple):
 
 @kernel(fast=False)
 def place_pieces(owner: Index, local: Array, rot: Array, place: Array, corners: Array, low: Array, high: Array) -> None:
-    """Write corners and boxes of all pieces [m] in a position.
+    """Write corners and boxes of all pieces in a position.
 
     Parameters
     ----------
     owner : block of each piece, shape (p,)
-    local : its corners from that block's centroid [m], shape (p, v, 3)
-    rot, place : R - I and place of every block, (n, 3, 3) and (n, 3)
-    corners, low, high : written, (p, v, 3), (p, 3) and (p, 3)
+    local : its corners from that block's centroid, reference axes [m], shape (p, v, 3)
+    rot : R - I of every block, shape (n, 3, 3)
+    place : centroid of every block now [m], shape (n, 3)
+    corners : of every piece in global axes [m], written, shape (p, v, 3)
+    low, high : least and largest coordinates of its corners [m], written, shape (p, 3)
     """
     for i in range(len(owner)):
         b = owner[i]
@@ -79,17 +81,17 @@ def relative_motion(
 ) -> None:
     """How the blocks of every pair lie to each other now, and have moved and turned since they were looked at.
 
-    ``moved`` bounds the travel of any point of the second, seen from the first [m]; ``turned`` is the angle [rad].
-    These two, ``offset`` and ``turn`` are written.
-
     Parameters
     ----------
-    quat : rotation of every block as a quaternion, shape (n, 4)
+    near : the pairs, and how their blocks lay when they were looked at
+    quat : rotation of every block as a unit quaternion, scalar first, shape (n, 4)
     rot : the same as a matrix less one, shape (n, 3, 3)
     place : centroid of every block now [m], shape (n, 3)
     reach : radius of the block about it [m], shape (n,)
-    offset : of the second block against the first, in the first's axes [m], shape (p, 3)
-    turn : likewise, as a quaternion, shape (p, 4)
+    offset : centroid of the second block from that of the first, in the first's axes [m], written, shape (m, 3)
+    turn : rotation of the second against the first, quaternion, written, shape (m, 4)
+    moved : bound of the travel of any point of the second since, seen from the first [m], written, shape (m,)
+    turned : angle by which the second has turned since, seen from the first [rad], written, shape (m,)
     """
     for m in range(len(near.blocks)):
         a, b = near.blocks[m, 0], near.blocks[m, 1]
@@ -117,7 +119,7 @@ def relative_motion(
 
 @kernel(fast=False)
 def face_planes(pieces: PieceArrays, some: Index) -> None:
-    """Write the planes of all faces of some pieces."""
+    """Write the planes of all faces of the pieces with numbers ``some``, shape (k,), to ``pieces.planes``."""
     for i in some:
         for f in range(pieces.n_faces[i]):
             _plane_of(pieces.corners, pieces.faces, pieces.size, i, f, pieces.planes[i, f])
@@ -125,8 +127,11 @@ def face_planes(pieces: PieceArrays, some: Index) -> None:
 
 @kernel(fast=False)
 def _plane_of(corners: Array, faces: Index, size: Index, p: int, f: int, out: Array) -> None:
-    """Outward normal and offset of face f of convex piece p (Newell), written to ``out`` (4)."""
-    n0 = n1 = n2 = c0 = c1 = c2 = 0.0
+    """Plane of face f of convex piece p: outward unit normal by Newell's sums and offset [m], written to ``out`` (4).
+
+    ``corners``, ``faces`` and ``size`` are those of :class:`PieceArrays`.
+    """
+    n0 = n1 = n2 = c0 = c1 = c2 = 0.0  # normal, not of unit length, and sum of the corners
     m = size[p, f]
     for k in range(m):
         u, v = faces[p, f, k], faces[p, f, (k + 1) % m]

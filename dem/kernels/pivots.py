@@ -12,6 +12,16 @@ ELSEWHERE, ON_A, UNKNOWN = 0, 1, 2
 """Where a joint bears: not on an edge of a alone, on one, or on an end of which nobody has asked whose it is."""
 
 
+ROW = 1e-9
+"""Difference of places across an axis, over the extent of all points across it, up to which points lie in one row."""
+
+INWARD = 2e-3
+"""Distance along an axis, over the outline's length, from which a point lies beyond another; chosen."""
+
+AT_THE_END = 1e-3
+"""Part of the way between two ends up to which a point lies at one of them; chosen."""
+
+
 @kernel(fast=False, forceinline=True)
 def extremes(x: Array, count: int) -> tuple[int, int]:
     """Places of the smallest and of the largest of the first ``count`` numbers of x; of equal ones the first."""
@@ -24,7 +34,7 @@ def extremes(x: Array, count: int) -> tuple[int, int]:
 
 @kernel(fast=False, forceinline=True)
 def extent(x: Array, count: int) -> float:
-    """Largest of some numbers less the smallest."""
+    """Largest of the first ``count`` numbers of x less the smallest of them."""
     low, high = extremes(x, count)
     return x[high] - x[low]
 
@@ -37,17 +47,17 @@ def _may_be_at_an_end(along: Array, aside: Array, opening: Array) -> bool:
 
     Parameters
     ----------
-    along, aside : places of every point along the axis and across it [m]
-    opening : below 0 where pressed [m]
+    along, aside : places of every point along the axis and across it [m], shape (k,)
+    opening : of every point, below 0 where it is pressed [m], shape (k,)
     """
-    level, length = 1e-9 * extent(aside, len(aside)), max(extent(along, len(along)), 1e-300)
+    level, length = ROW * extent(aside, len(aside)), max(extent(along, len(along)), 1e-300)
     above = below = False
     for i in range(len(along)):
         if opening[i] < 0.0:
             for j in range(len(along)):
                 if abs(aside[i] - aside[j]) <= level:
                     beyond = (along[j] - along[i]) / length
-                    above, below = above or beyond > 2e-3, below or beyond < -2e-3
+                    above, below = above or beyond > INWARD, below or beyond < -INWARD
     return not (above and below)
 
 
@@ -57,16 +67,18 @@ def _on_a(ends: Array, opening: Array, slip: Array) -> bool:
 
     Parameters
     ----------
-    ends, opening, slip : of every point: row of :func:`dem.kernels.outlines.find_ends`, opening and slips along s, t
-        [m]
+    ends : of every point, as :func:`dem.kernels.outlines.find_ends` writes them, shape (k, 10)
+    opening : of every point, below 0 where it is pressed [m], shape (k,)
+    slip : of every point, b against a along s and t [m], shape (k, 2)
     """
     for c in range(2):
         upper = lower = True
         for i in range(len(opening)):
             if opening[i] < 0.0:
+                # part of the way from the lower to the upper end along axis c, and whose edge either end is
                 part, low, high = ends[i, 4 + 3 * c], ends[i, 5 + 3 * c], ends[i, 6 + 3 * c]
-                upper = upper and part > 0.999 and (high == OF_A or (high == OF_BOTH and slip[i, c] > 0.0))
-                lower = lower and part < 0.001 and (low == OF_A or (low == OF_BOTH and slip[i, c] < 0.0))
+                upper = upper and part > 1.0 - AT_THE_END and (high == OF_A or (high == OF_BOTH and slip[i, c] > 0.0))
+                lower = lower and part < AT_THE_END and (low == OF_A or (low == OF_BOTH and slip[i, c] < 0.0))
         if upper or lower:
             return True
     return False
@@ -80,11 +92,13 @@ def bearing_ends(
 
     Parameters
     ----------
-    start : first point of every joint
+    points : all points
+    start : first point of every joint, shape (k + 1,)
     ends : see ``State.ends``: NaN in column 1 of joints that have not slid, in column 0 where nobody has asked
-    opening, slip : of all points now [m], shapes (m,) and (m, 2)
-    rows : joints that are asked for
-    where : written, shape (r,)
+    opening : of all points now, below 0 where pressed [m], shape (m,)
+    slip : of all points now, b against a along s and t [m], shape (m, 2)
+    rows : joints that are asked for, shape (r,)
+    where : where each of them bears, written, shape (r,)
     """
     for i in range(len(rows)):
         first, last = start[rows[i]], start[rows[i] + 1]
@@ -92,9 +106,10 @@ def bearing_ends(
         pressed = 0
         for k in range(first, last):
             pressed += opening[k] < 0.0
+        # a joint pressed everywhere, or nowhere, bears on no edge
         if first == last or np.isnan(ends[first, 1]) or pressed == 0 or pressed == last - first:
             continue
-        deep = opening[first:last]
+        deep = opening[first:last]  # below 0 where pressed
         if np.isnan(ends[first, 0]):
             s, t = points.s[first:last], points.t[first:last]
             if _may_be_at_an_end(s, t, deep) or _may_be_at_an_end(t, s, deep):

@@ -1,6 +1,7 @@
 """What joints that are cut anew take over: shear, dilation and damage of old points, and their elastic energy.
 
-``stiff`` is half the stiffness k A of a point [N/m], ``deep`` its depth and ``along`` its elastic slip [m], (m,) each.
+``stiff`` is half the stiffness k A of every point [N/m], ``deep`` its depth, negative where it is open [m], and
+``along`` the size of its elastic slip [m], shape (m,) each.
 """
 
 from typing import NamedTuple
@@ -16,7 +17,10 @@ HARDER = 1.05
 """Normal force of joints on one face after they are cut anew, over that before, up to which they keep their energy."""
 
 DEEPER = 4.0
-"""Elastic displacement of a point up to which it is moved on to keep the energy, over that of the shape as it is."""
+"""Elastic displacement up to which a point is moved on to keep the energy, over that without a move; chosen."""
+
+EXACT = 1e-12
+"""Part of what is sought to which a search by halving goes, and of an energy that is rounding [-]."""
 
 
 class Heirs(NamedTuple):
@@ -48,13 +52,15 @@ def inherit(
     Parameters
     ----------
     points, joints : old ones
-    start, heirs_of : numbers of the old joints that each new one inherits from, run after run
-    own : 1 where such a joint is of the same pair: damage is a pair's own
-    new, cut : points and joints that are cut
+    left : what the old ones carry
+    start, heirs_of : numbers of the old joints that new joint j inherits from, ``heirs_of[start[j] : start[j + 1]]``
+    own : 1 where such a joint is of the same pair, shape of ``heirs_of``: damage is a pair's own
+    new, cut : points and joints that are cut; slips, plastic openings and damage are written
+    heirs : what else is known of the new joints
     """
     for j in range(len(cut.block_a)):
         a, b, p0, p1 = cut.block_a[j], cut.block_b[j], cut.start[j], cut.start[j + 1]
-        total = np.zeros(3)
+        total = np.zeros(3)  # force of all old joints on block b of the new one, global axes [N]
         summed = heirs.contact[j] == CROSSING
         for h in range(start[j], start[j + 1]):
             old = heirs_of[h]
@@ -64,7 +70,7 @@ def inherit(
                 for r in range(3):
                     total[r] += along * left.force[k, r]
         if start[j] == start[j + 1]:
-            continue
+            continue  # nothing to inherit from
         shear, area, ks = np.empty(3), 0.0, cut.law[j, LAW.ks]
         for p in range(p0, p1):
             area += new.area[p]
@@ -85,7 +91,7 @@ def inherit(
             same = joints.block_b[old] == b or joints.block_a[old] == a
             per_area = (1.0 if same else -1.0) / points.area[nearest]
             for r in range(3):
-                # where a point and an area take over from each other the force is what stays
+                # stress on the new block b [Pa]; where a point and an area take over from each other the force stays
                 shear[r] = total[r] / area if summed else per_area * left.force[nearest, r]
             new.lift[p] = 0.0 if heirs.contact[j] == CROSSING else points.lift[nearest]
             new.damage[p] = points.damage[nearest] if own[of] else 0.0
@@ -96,7 +102,10 @@ def inherit(
 
 @kernel(fast=False)
 def _pressed(stiff: Array, deep: Array, by: float) -> tuple[float, float]:
-    """Energy [J] and normal force [N] of points once all are pressed less deep by ``by`` [m]."""
+    """Energy [J] and normal force [N] of points once all are pressed less deep by ``by`` [m].
+
+    ``stiff`` is half the normal stiffness [N/m] and ``deep`` the depth [m] of every point, shape (m,).
+    """
     energy = force = 0.0
     for k in range(len(deep)):
         left = max(deep[k] - by, 0.0)
@@ -107,11 +116,14 @@ def _pressed(stiff: Array, deep: Array, by: float) -> tuple[float, float]:
 
 @kernel(fast=False)
 def _sheared(stiff: Array, along: Array, most: Array, part: float) -> float:
-    """Energy [J] of points at ``part`` times their elastic displacement along the face, none beyond what it may bear.
+    """Energy [J] of points at ``part`` times their elastic slip, each held to the most that it may bear.
 
     Parameters
     ----------
-    most : largest elastic slip of every point by Coulomb's law [m]
+    stiff : half the shear stiffness of every point [N/m], shape (m,)
+    along : its elastic slip [m], shape (m,)
+    most : its largest elastic slip by Coulomb's law [m], shape (m,)
+    part : factor on all elastic slips [-]
     """
     energy = 0.0
     for k in range(len(along)):
@@ -124,27 +136,29 @@ def _sheared(stiff: Array, along: Array, most: Array, part: float) -> float:
 def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: Array) -> None:
     """Write how far points are set back [m] so that they store an energy ``allowed`` [J].
 
-    They are negative where points may be moved on, by what keeps the force within ``HARDER`` times ``push`` and the
-    depth within ``DEEPER`` times.
+    Points that store too much are all set back by one distance. Points that store too little are moved on, each by one
+    part of its depth, as far as the force stays within ``HARDER`` times ``push`` and the depth within ``DEEPER`` times.
 
     Parameters
     ----------
-    stiff, deep : stiffness [N/m] and depth [m] of every point
-    allowed : that energy
+    stiff : half the normal stiffness of every point [N/m], shape (m,)
+    deep : depth of every point, negative where it is open [m], shape (m,)
+    allowed : energy that they are to store [J]
     push : normal force of the old points [N]
-    setback : of every point, written [m]
+    setback : of every point, negative where it is moved on [m], written, shape (m,)
     """
     held, force = _pressed(stiff, deep, 0.0)
-    if held <= allowed * (1.0 + 1e-12):
+    if held <= allowed * (1.0 + EXACT):
         more = 0.0
         if held > 0.0:
+            # energy grows with the square of the depth, force with the depth
             more = max(min(np.sqrt(allowed / held), HARDER * push / force, DEEPER) - 1.0, 0.0)
         for k in range(len(deep)):
             setback[k] = -more * max(deep[k], 0.0)
         return
     deepest = deep[extremes(deep, len(deep))[1]]
     low, high = 0.0, deepest
-    while high - low > 1e-12 * deepest:
+    while high - low > EXACT * deepest:
         middle = 0.5 * (low + high)
         if _pressed(stiff, deep, middle)[0] > allowed:
             low = middle
@@ -160,13 +174,15 @@ def _bearable(stiff: Array, along: Array, most: Array, allowed: float) -> float:
 
     Parameters
     ----------
-    stiff, along : shear stiffness [N/m] and elastic displacement along the face [m] of every point, shape (k,)
-    most : largest elastic slip of every point by Coulomb's law [m], shape (k,)
+    stiff : half the shear stiffness of every point [N/m], shape (m,)
+    along : its elastic slip [m], shape (m,)
+    most : its largest elastic slip by Coulomb's law [m], shape (m,)
+    allowed : energy that they are to store [J]
     """
     low, high = 0.0, DEEPER
     if _sheared(stiff, along, most, high) <= allowed:
         return high
-    while high - low > 1e-12 * high:
+    while high - low > EXACT * high:
         middle = 0.5 * (low + high)
         if _sheared(stiff, along, most, middle) > allowed:
             high = middle
@@ -192,8 +208,8 @@ def keep_energy(
     ----------
     new, cut, heirs : points and joints found anew; gaps, setbacks and slips are changed
     start, rows : joints of family f are ``rows[start[f] : start[f + 1]]``
-    pressure, sheared : energy of pressure and of shear in the family's old joints [J], (f,)
-    push : their normal force [N], (f,)
+    pressure, sheared : energy of pressure and of shear in the old joints of every family [J], shape (families,)
+    push : their normal force [N], shape (families,)
     """
     for f in range(len(pressure)):
         m = 0
@@ -204,7 +220,7 @@ def keep_energy(
         for i in range(start[f], start[f + 1]):
             j = rows[i]
             for k in range(cut.start[j], cut.start[j + 1]):
-                # energy of a point is 0.5 k A x^2, with x its depth [m]
+                # energy of a point is 0.5 k A x^2, with x its depth [m]; ``apart`` opens it beside the gap
                 stiff[at] = 0.5 * cut.law[j, LAW.kn] * new.area[k]
                 deep[at] = new.lift[k] - new.gap[k] - heirs.apart[k]
                 at += 1

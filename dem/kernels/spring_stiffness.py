@@ -5,7 +5,11 @@ import numpy as np
 from dem.kernels.arrays import LAW, Array, Index, Joints, Points
 from dem.kernels.compiled import kernel
 
-RUN = 128  # rows that are summed without being halved, as in numpy
+RUN = 128
+"""Rows that are summed without being halved, as in numpy."""
+
+DEPTH = 48
+"""Halvings that there is room for: more than the rows of any array ask for."""
 
 
 @kernel(fast=False)
@@ -17,11 +21,13 @@ def _run(rows: Array, first: int, count: int, out: Array, eight: Array) -> None:
 
     Parameters
     ----------
-    rows : shape (n, width), of which ``count`` are added from ``first`` on
-    out : shape (width,), written
+    rows : numbers that are summed column by column, shape (n, width)
+    first, count : the row to begin with, and how many rows are added
+    out : the sum, written, shape (width,)
     eight : working memory of the eight sums, shape (8, width), so that no array is made here
     """
     width = rows.shape[1]
+    # fewer rows than there are sums are added one by one, as in numpy
     if count < 8:
         for c in range(width):
             out[c] = 0.0
@@ -52,19 +58,20 @@ def _pairwise(rows: Array, first: int, count: int, out: Array) -> None:
 
     Parameters
     ----------
-    rows, first, count : the rows and which of them, shape (n, k)
-    out : their sum, written, shape (k,)
+    rows : numbers that are summed column by column, shape (n, width)
+    first, count : the row to begin with, and how many rows are added
+    out : the sum, written, shape (width,)
     """
-    width, depth, level = rows.shape[1], 0, 48
-    begin, size, done = np.zeros(level, np.int64), np.zeros(level, np.int64), np.zeros(level, np.int64)
-    lower, found, eight = np.empty((level, width)), np.empty((level, width)), np.empty((8, width))
+    width, depth = rows.shape[1], 0
+    begin, size, done = np.zeros(DEPTH, np.int64), np.zeros(DEPTH, np.int64), np.zeros(DEPTH, np.int64)
+    lower, found, eight = np.empty((DEPTH, width)), np.empty((DEPTH, width)), np.empty((8, width))
     begin[0], size[0] = first, count
     while True:
         if size[depth] <= RUN:
             _run(rows, begin[depth], size[depth], found[depth], eight)
         elif done[depth] < 2:
             half = size[depth] // 2
-            half -= half % 8
+            half -= half % 8  # whole groups of eight, as in numpy
             if done[depth] == 1:
                 for c in range(width):
                     lower[depth, c] = found[depth + 1, c]
@@ -88,17 +95,20 @@ def _pairwise(rows: Array, first: int, count: int, out: Array) -> None:
 def add_springs(
     points: Points, joints: Joints, rows: Index, of_b: bool, frame: Array, out: Array
 ) -> None:
-    """Add sums of k A g g^T over the points of joints to one of their blocks each, g = (e, r x e) along t1, t2, n.
+    """Add the stiffness of the points of joints to one of their blocks each: sums of k A g g^T.
 
-    Every joint is summed up before it is added, in the order in which ``numpy.add.reduceat`` does.
+    g = (e, r x e) for e along t1, t2 and n, with r from the block's centroid to the point; k is ks, ks and kn. Every
+    joint is summed up before it is added, in the order in which ``numpy.add.reduceat`` does.
 
     Parameters
     ----------
-    rows : numbers of the joints that count
+    points, joints : all of them
+    rows : numbers of the joints that count, shape (r,)
     of_b : whether the blocks are the second ones of the joints, or the first
-    frame : of these joints, in the axes of that block, shape (len(rows), 3, 3)
-    out : added to, shape (n, 6, 6)
+    frame : rows t1, t2, n of these joints in the reference axes of that block, shape (r, 3, 3)
+    out : stiffness of every block against displacement and turn [N/m, N, N m], added to, shape (n, 6, 6)
     """
+    # g and k A g of the three directions, k A [N/m], and the sums of a joint: of every point, and of all
     g, pushed, stiff = np.empty((3, 6)), np.empty((3, 6)), np.empty(3)
     total, eight = np.empty(36), np.empty((8, 36))
     most = 0
@@ -131,6 +141,7 @@ def add_springs(
                     part[k, 6 * r + c] = pushed[0, r] * g[0, c] + pushed[1, r] * g[1, c] + pushed[2, r] * g[2, c]
         if count == 0:
             continue
+        # reduceat begins with the first row and adds the sum of the others to it
         head = min(count, 1)  # no constant, for which the sums would be compiled once more
         if count <= RUN:
             _run(part, head, count - head, total, eight)

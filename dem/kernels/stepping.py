@@ -1,4 +1,4 @@
-"""Motion of the blocks: rotations by unit quaternions and steps of central differences with their energies."""
+"""Motion of the blocks: steps of central differences with their energies."""
 
 import numpy as np
 
@@ -31,61 +31,21 @@ from dem.kernels.compiled import kernel
 from dem.kernels.deformed import move_modes
 from dem.kernels.joint_forces import _crossing_forces, _joint_forces
 from dem.kernels.local_damping import brakes_of, least_speeds
+from dem.kernels.rotations import middle_spin, rotation_of, spin_of, turned_by
 from dem.kernels.team import SHUT, meet
 from dem.kernels.ties import add_tie_forces
 
 Work = tuple[float, float, float, float]
 Scratch = tuple[Array, Array, Array, Array, Array, Array]
-STOP_EVERY = 10.0  # fewest steps between two stops: fast modes are left to local damping
 
+STOP_EVERY = 10.0
+"""Fewest steps between two stops: fast modes are left to local damping."""
 
-@kernel(forceinline=True)
-def _spin_of(rot: Array, inv_inertia: Array, ang: Array, out: Array) -> None:
-    """Spin Omega = R J^-1 R^T L of a block, with ``rot`` = R - I.
+CHANGE = 1.02
+"""Factor by which an adaptive viscosity grows or falls in a step; chosen."""
 
-    Parameters
-    ----------
-    inv_inertia : J^-1 in the block's axes [1/(kg m2)]
-    ang : angular momentum L [kg m2/s]
-    out : Omega [rad/s], written
-    """
-    b0 = ang[0] + rot[0, 0] * ang[0] + rot[1, 0] * ang[1] + rot[2, 0] * ang[2]
-    b1 = ang[1] + rot[0, 1] * ang[0] + rot[1, 1] * ang[1] + rot[2, 1] * ang[2]
-    b2 = ang[2] + rot[0, 2] * ang[0] + rot[1, 2] * ang[1] + rot[2, 2] * ang[2]
-    w0 = inv_inertia[0, 0] * b0 + inv_inertia[0, 1] * b1 + inv_inertia[0, 2] * b2
-    w1 = inv_inertia[1, 0] * b0 + inv_inertia[1, 1] * b1 + inv_inertia[1, 2] * b2
-    w2 = inv_inertia[2, 0] * b0 + inv_inertia[2, 1] * b1 + inv_inertia[2, 2] * b2
-    out[0] = w0 + rot[0, 0] * w0 + rot[0, 1] * w1 + rot[0, 2] * w2
-    out[1] = w1 + rot[1, 0] * w0 + rot[1, 1] * w1 + rot[1, 2] * w2
-    out[2] = w2 + rot[2, 0] * w0 + rot[2, 1] * w1 + rot[2, 2] * w2
-
-
-@kernel(forceinline=True)
-def _turned(q: Array, spin: Array, h: float, out: Array) -> None:
-    """Quaternion q after the rotation spin h (Cayley form, exactly of unit length), written to ``out``."""
-    x, y, z = 0.5 * h * spin[0], 0.5 * h * spin[1], 0.5 * h * spin[2]
-    q0, q1, q2, q3 = q[0], q[1], q[2], q[3]
-    r0 = q0 - x * q1 - y * q2 - z * q3
-    r1 = q1 + x * q0 + y * q3 - z * q2
-    r2 = q2 + y * q0 + z * q1 - x * q3
-    r3 = q3 + z * q0 + x * q2 - y * q1
-    size = 1.0 / np.sqrt(r0 * r0 + r1 * r1 + r2 * r2 + r3 * r3)
-    out[0], out[1], out[2], out[3] = r0 * size, r1 * size, r2 * size, r3 * size
-
-
-@kernel(forceinline=True)
-def rotation_of(q: Array, out: Array) -> None:
-    """R - I of a unit quaternion q, scalar first, without cancellation at small angles, written to ``out`` (3, 3)."""
-    s, x, y, z = q[0], q[1], q[2], q[3]
-    out[0, 0] = -2.0 * (y * y + z * z)
-    out[1, 1] = -2.0 * (x * x + z * z)
-    out[2, 2] = -2.0 * (x * x + y * y)
-    out[0, 1] = 2.0 * (x * y - s * z)
-    out[1, 0] = 2.0 * (x * y + s * z)
-    out[0, 2] = 2.0 * (x * z + s * y)
-    out[2, 0] = 2.0 * (x * z - s * y)
-    out[1, 2] = 2.0 * (y * z - s * x)
-    out[2, 1] = 2.0 * (y * z + s * x)
+LEAST = 1e-6
+"""Least adaptive viscosity times the step: it can always grow again."""
 
 
 @kernel(inline="always")
@@ -99,15 +59,25 @@ def _adapted(viscosity: float, adaptive: float, kinetic: float, before: float, d
     kinetic, before : kinetic energy now and a step ago [J]
     dt : step [s]
     """
+    # both as energies of a step
     power = 2.0 * viscosity * kinetic * dt
     wanted = adaptive * abs(kinetic - before)
-    change = 1.02 if power < wanted else 1.0 / 1.02
-    return min(max(viscosity * change, 1e-6 / dt), 1.0 / dt)
+    change = CHANGE if power < wanted else 1.0 / CHANGE
+    # at most 1 / dt: from 2 / dt on velocities would turn about in a step
+    return min(max(viscosity * change, LEAST / dt), 1.0 / dt)
 
 
 @kernel(inline="always")
 def _loads_on(acting: Acting, step: int, i: int, rot: Array, force: Array) -> None:
-    """Load on block i in a step, written to ``force`` (6,): points of forces turn with the block, ``rot`` = R - I."""
+    """Load on block i in a step; the points of forces turn with the block.
+
+    Parameters
+    ----------
+    acting : load cases and their factors
+    step, i : numbers of the step and of the block
+    rot : R - I of all blocks, shape (n, 3, 3)
+    force : force [N] and moment about the centroid [N m], written, shape (6,)
+    """
     for k in range(6):
         force[k] = 0.0
     cases = acting.cases
@@ -126,7 +96,7 @@ def _loads_on(acting: Acting, step: int, i: int, rot: Array, force: Array) -> No
 
 @kernel(inline="always")
 def _driven(acting: Acting, step: int, i: int, k: int) -> float:
-    """Prescribed velocity of the held degree of freedom k of block i at a step [m/s, rad/s]."""
+    """Prescribed velocity of the held degree of freedom k of block i at a step [m/s, rad/s], of all drives together."""
     v = 0.0
     for q in range(acting.drives.shape[0]):
         v += acting.speeds[step, q] * acting.drives[q, i, k]
@@ -144,35 +114,26 @@ def _is_turned(acting: Acting, step: int, i: int) -> bool:
 
 
 @kernel(inline="always")
-def _middle_spin(bodies: RigidBodies, i: int, half_step: float, half: Array, trot: Array, out: Array) -> None:
-    """Spin at the middle of a step, of second order: with the axes that block i has there, found in two rounds.
-
-    Parameters
-    ----------
-    half_step : half of the step [s]
-    half, trot : work space for a quaternion and a rotation
-    out : the spin [rad/s], read as a guess and written
-    """
-    _turned(bodies.quat[i], out, half_step, half)
-    rotation_of(half, trot)
-    _spin_of(trot, bodies.inv_inertia[i], bodies.ang[i], out)
-    _turned(bodies.quat[i], out, half_step, half)
-    rotation_of(half, trot)
-    _spin_of(trot, bodies.inv_inertia[i], bodies.ang[i], out)
-
-
-@kernel(inline="always")
 def _accelerate(
     bodies: RigidBodies, i: int, past: Array, acting: Acting, step: int, at: BlockStep, local: float,
     drifts: bool | None, damping: float,
 ) -> tuple[float, bool]:
-    """Velocity and angular momentum of block i half a step on; damping with what this one takes, and whether it moves.
+    """Bring the velocity and angular momentum of block i half a step on.
 
     Parameters
     ----------
-    past : net force and moment of the step before, shape (6,); moments of the damping are written there
-    damping : work of the damping so far [J]
+    bodies, i : all blocks, changed, and the number of the block
+    past : net force [N] and moment [N m] of the step before, shape (6,); moments of the damping are written there
+    acting, step : prescribed velocities, and the number of the step
+    at : time step and factors of the scheme
     local : factor of local damping [-]
+    drifts : whether motion is steady, and damping the combined one; None where it never is
+    damping : work of the damping so far [J]
+
+    Returns
+    -------
+    damping : with what it took of this block's velocity; that of its spin follows once the spin is known [J]
+    moving : whether a held freedom of displacement is driven
     """
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     dt, kick, viscosity, keep, lag = at
@@ -197,7 +158,7 @@ def _accelerate(
             f = net[i, 3 + k]
             brake, before = turn[k], float(ang[i, k])
             ang[i, k] = (before * keep + (f - brake) * kick) * lag
-            # its work waits for the spin at the end of the step
+            # the moment of all damping: its work waits for the spin at the end of the step
             past[3 + k] = brake + viscosity * 0.5 * (before + ang[i, k])
     return damping, moving
 
@@ -216,11 +177,13 @@ def _stop(bodies: RigidBodies) -> None:
 
 @kernel(inline="always")
 def _added_up(total: Array, sums: Array, place: int, parts: int) -> Work:
-    """Kinetic energy, and work of loads, supports and damping, of all parts; what joints lost is added to ``total``.
+    """Kinetic energy, and work of loads, supports and damping, of all parts [J].
 
     Parameters
     ----------
-    sums, place : of all parts, from this entry on
+    total : accumulated energies, entries ``E_...``, to which what joints lost is added [J]
+    sums, place : sums of all parts, which begin at this entry
+    parts : how many they are
     """
     kinetic = applied = support = damping = 0.0
     for row in range(place, place + parts * SUMS, SUMS):
@@ -241,8 +204,17 @@ def _move(
 ) -> Work:
     """Move a part of the blocks by a step; kinetic energy, and work of loads, supports and damping [J].
 
-    Compiled into its caller as a whole: otherwise every array is counted for every block. ``scratch`` has room for
-    6, 6, 6, 4, 3 x 3 and 3 numbers.
+    Compiled into its caller as a whole: otherwise every array is counted for every block.
+
+    Parameters
+    ----------
+    bodies : all blocks; those of the part are changed
+    part, parts : number of the part, and how many there are
+    acting, step : what acts on the blocks, and the number of the step
+    at, scheme : factors of this step, and how blocks are stepped
+    drifts : whether motion is steady, and damping the combined one; None where it never is
+    scratch : room for the load (6), old velocities (6), old or damping forces (6), a quaternion (4), R - I (3, 3) and
+        the new spin (3)
     """
     n, dt = bodies.mass.size, at.dt
     kinetic = applied = support = damping = 0.0
@@ -258,21 +230,24 @@ def _move(
             if drifts is not None:
                 past[k] = net[i, k]
             net[i, k] = force[k] + bodies.contact[i, k]
+        # joints of the other parts, whose sums have rows of their own
         for row in range(n + i, parts * n, n):
             for k in range(6):
                 net[i, k] += bodies.contact[row, k]
         damping, moving = _accelerate(bodies, i, past, acting, step, at, scheme.local, drifts, damping)
         if still and not moving and not _is_turned(acting, step, i):
+            # held and not driven: nothing works on it
             for k in range(3):
                 spin[i, k] = 0.0
             continue
-        _spin_of(bodies.rot[i], bodies.inv_inertia[i], ang[i], new)
+        spin_of(bodies.rot[i], bodies.inv_inertia[i], ang[i], new)
         if scheme.true_inertia:
-            _middle_spin(bodies, i, 0.5 * dt, half, trot, new)
+            middle_spin(bodies, i, 0.5 * dt, half, trot, new)
         for k in range(3):
             if held[i, 3 + k]:
                 new[k] = _driven(acting, step, i, 3 + k)
             spin[i, k] = new[k]
+            # forces of the step work at the mean of the velocities half a step before and after it
             mean_v, mean_w = 0.5 * (old[k] + vel[i, k]), 0.5 * (old[3 + k] + new[k])
             applied += (force[k] * mean_v + force[3 + k] * mean_w) * dt
             if held[i, k]:
@@ -286,7 +261,7 @@ def _move(
                 kinetic += 0.5 * ang[i, k] * new[k]
             bodies.shift[i, k] += dt * vel[i, k]
         if new[0] != 0.0 or new[1] != 0.0 or new[2] != 0.0:
-            _turned(bodies.quat[i], new, dt, bodies.quat[i])
+            turned_by(bodies.quat[i], new, dt, bodies.quat[i])
             rotation_of(bodies.quat[i], bodies.rot[i])
     return kinetic, applied, support, damping
 
@@ -302,20 +277,25 @@ def advance(
 
     Parameters
     ----------
-    points, joints, bodies : state, changed in place; ``bodies.contact`` has a row of every block for every part
+    points, joints, bodies : state, changed in place; ``bodies.contact`` has a row of every block for every part, shape
+        (parts n, 6)
     total : accumulated energies [J] and the adaptive viscosity [1/s], entries ``E_...``, shape (E_SIZE,), one for each
         thread
+    acting : loads and prescribed velocities, and their factors in every step
+    scheme : how blocks are stepped, and their artificial damping
     team : what this thread does of every step
-    drifts : half of the local damping acts against the change of the force; None where it never does: the compiler then
-        leaves it out
+    drifts : whether half of the local damping acts against the change of the force, for a motion that is steady; None
+        where it never does: the compiler then leaves it out
     modes : of blocks that deform, changed in place; None where all are rigid, and where there are several parts
-    space : None where they deform in a plane
+    space : None where they deform in a plane, else True
     ties : changed in place; None where there are none
 
     Notes
     -----
-    Its parts are compiled into it. It makes arrays and so counts who holds one: handed to a function per block, that
-    takes three times as long, and what is compiled by itself sums in another order.
+    A step has three parts: joints and ties add up their forces, blocks and their shapes move, energies are added up.
+
+    The functions called here are compiled into this one. It makes arrays and so counts who holds one: handed to a
+    function per block, that takes three times as long, and what is compiled by itself sums in another order.
 
     Threads wait for each other before blocks move and after, and once more after a stop. Each adds up the sums of all
     parts for itself, in their order.
@@ -325,11 +305,13 @@ def advance(
     dt, _, local, adaptive, kinetic_stop = scheme
     scratch = np.empty(6), np.empty(6), np.empty(6), np.empty(4), np.empty((3, 3)), np.empty(3)
     crossings = (joints.law[:, LAW.cross] != 0.0).any()
+    # all threads begin together, or not at all where one never comes
     met = 0 if alone else meet(team.gate, 0, parts, 0)
     for step in range(acting.factors.shape[0] if met < SHUT else 0):
-        # others may still read the sums of the step before
+        # sums of even and odd steps have places of their own: others may still read those of the step before
         place = step % 2 * parts * SUMS
         for p in range(team.mine, team.end):
+            # the sums of one part are the totals themselves, which go on from step to step
             row = place + p * SUMS if parts > 1 else 0
             if parts > 1:
                 sums[row : row + SUMS] = 0.0
@@ -342,6 +324,7 @@ def advance(
                 _crossing_forces(points, joints, bodies, dt, sums, part)
             if ties is not None and p == 0:
                 add_tie_forces(ties, bodies, sums, row)
+        # forces of all parts are there: blocks move
         if not alone:
             met = meet(team.gate, met, parts)
         viscosity = total[E_VISCOSITY] if adaptive > 0.0 else 0.0
@@ -356,6 +339,7 @@ def advance(
                 row = place + p * SUMS
                 sums[row + E_KINETIC], sums[row + E_APPLIED] = kinetic, applied
                 sums[row + E_SUPPORT], sums[row + E_DAMPING] = support, damping
+        # all blocks have moved: energies are added up
         if not alone:
             met = meet(team.gate, met, parts)
         if parts > 1:
@@ -371,7 +355,7 @@ def advance(
             damping += kinetic
             kinetic = 0.0
             total[E_STOP] = total[E_STEPS]
-            if team.mine == 0:
+            if team.mine == 0:  # one thread for all
                 _stop(bodies)
             if modes is not None:
                 modes.rate[:] = 0.0

@@ -2,19 +2,11 @@
 
 import numpy as np
 
-from dem.kernels.added_terms import has_added
+from dem.kernels.added_terms import Numbers, has_added
 from dem.kernels.arrays import LAW, Joints, Points, RigidBodies
 from dem.kernels.compiled import kernel
-from dem.kernels.joint_law import (
-    Numbers,
-    Peak,
-    SofteningRow,
-    peak_of,
-    plain_peak_of,
-    return_map,
-    softening_of,
-    within,
-)
+from dem.kernels.joint_law import return_map, within
+from dem.kernels.joint_strength import Peak, SofteningRow, peak_of, plain_peak_of, softening_of
 from dem.kernels.kinematics import Axes, relative_motion
 
 Placed = tuple[Numbers, Numbers, Numbers]
@@ -29,23 +21,25 @@ def point_sums(
 
     Parameters
     ----------
-    placed : d, g and z: b's point stands at d + X + G X + z gap, X = (s, t, 0), in joint axes; g is (G11 ... G32),
-        and z b's normal: it stood along a's when the joint was made, and a gap turns with its block
+    points : all points; slips, plastic openings and damage of the joint's are changed
+    p0, p1 : the joint's first point, and the one after its last
+    placed : d, g and z: b's point stands at d + X + G X + z gap, X = (s, t, 0), in joint axes. d is the displacement of
+        the origin [m], g is G11, G12, G21, G22, G31, G32 of R_rel - I, and z is b's normal: it stood along a's when the
+        joint was made, and a gap turns with its block
     peak, softening, dilates : see :func:`dem.kernels.joint_law.return_map`; ``dilates`` is a constant of each call, and
         None where all points are taken to be within their strength: nothing of them is changed
+    dt : step [s]; 0 for forces in a position
     dash : dashpot over stiffness [s]; or None
-    motion : velocity of b's joint origin against a's [m/s] and of its rotation [rad/s]; or None
-    rates : of what the faces' strains add to that velocity, as d and g (9); or None
-    strained : None between rigid blocks
-    p0 : first point
-    p1 : the one after the last
-    dt : step [s]
+    motion : velocity of b's joint origin against a's [m/s] and of its rotation [rad/s], in joint axes (6); or None
+    rates : what the faces' strains add to that velocity at the origin [m/s], then its slopes d/ds and d/dt component by
+        component [1/s], in joint axes (9); or None
+    strained : None between rigid blocks, else True
 
     Returns
     -------
-    forces (t1, t2, n), then between rigid blocks the moments about block a's joint origin (3), else the sums of s f,
-    t f and gap f (9); plastic work, power of dashpots, energy of fracture; number of points that are not within their
-    strength where they are taken to be
+    forces on b along t1, t2, n [N], compression positive; then between rigid blocks its moments about block a's joint
+    origin [N m] (3), else the sums of s f, t f and gap f [N m] (9); plastic work [J], power of dashpots [W], energy of
+    fracture [J]; number of points that are not within their strength where they are taken to be
     """
     s, t, area, gap, damage = points.s, points.t, points.area, points.gap, points.damage
     slip_1, slip_2, lift = points.slip_1, points.slip_2, points.lift
@@ -55,7 +49,7 @@ def point_sums(
     # that strain make both their moments and what does work on their shapes
     f1 = f2 = f3 = m1 = m2 = m3 = work = lost = broken = beyond = 0.0
     s1 = s2 = s3 = t1 = t2 = t3 = u1 = u2 = u3 = 0.0
-    # unsigned: no index from the end to allow for, so that the loop over part of the arrays vectorises without views
+    # unsigned numbers: an index from the end need not be allowed for, and the loop vectorises without views
     for k in range(np.uint64(p0), np.uint64(p1)):
         # displacement of b against a at the point: slip e1, e2 and opening w
         x, y, far = s[k], t[k], gap[k]
@@ -121,12 +115,16 @@ def point_sums(
 def held_sums(j: int, points: Points, joints: Joints, placed: Placed, strained: bool | None) -> Numbers:
     """Sums of joint j, which has no dashpots, where all of its points are within their strength.
 
-    No root, no division, nothing is written. Returned are as in :func:`point_sums` the sums of forces and moments, work
-    and losses, and last whether a point is not within its strength: then the sums must not be used.
+    No root, no division, nothing is written.
 
     Parameters
     ----------
-    strained : None between rigid blocks
+    j, points, joints : the joint, all points and all joints
+    placed, strained : see :func:`point_sums`
+
+    Returns
+    -------
+    the sums of :func:`point_sums`; they must not be used where the last one, points not within their strength, is not 0
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
     # what is None is left out by the compiler: one loop over points for each kind of joint, the plain one the shortest
@@ -148,7 +146,8 @@ def braked_sums(
 
     Parameters
     ----------
-    strained : None between rigid blocks
+    j, points, joints : the joint, all points and all joints
+    placed, motion, rates, strained : see :func:`point_sums`
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
     return point_sums(
@@ -166,8 +165,9 @@ def yielding_sums(
 
     Parameters
     ----------
-    placed, motion, rates, strained : see :func:`point_sums`
-    dt : [s]; 0 for forces in a position, where nothing moves that could be braked or rub
+    j, points, joints : the joint, all points and all joints
+    placed, motion, rates, strained : see :func:`point_sums`, and for what is returned
+    dt : step [s]; 0 for forces in a position, where nothing moves that could be braked or rub
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
     plain = law[j, LAW.dash] == 0.0 and not has_added(law, j)
@@ -201,12 +201,16 @@ def joint_sums(
 ) -> Numbers:
     """Forces, moments and losses of joint j between rigid blocks.
 
-    Arguments as in :func:`yielding_sums` and ``kinematics``. Points within their strength are summed first, by a
-    shorter loop; only a joint with one that is not is summed by the whole law.
+    Points within their strength are summed first, by a shorter loop; only a joint with one that is not is summed by the
+    whole law.
 
     Parameters
     ----------
-    arms, dt : from either centroid to the joint's origin [m]; step [s]
+    points, joints, bodies : all of them; points that yield are changed
+    axes : rows t1, t2, n of the joint in global axes
+    placed : see :func:`point_sums`, and for what is returned
+    arms : from either centroid to block a's joint origin, global axes [m]
+    dt : step [s]; 0 for forces in a position
     """
     brakes, law = joints.law[j, LAW.dash] != 0.0 and dt > 0.0, joints.law
     first, opens = joints.start[j], False

@@ -18,12 +18,21 @@ SHUT = 1 << 40
 SPIN = 20_000
 """Looks at a gate, about 150 us, after which a thread sleeps between looks: the one it waits for may need its core."""
 
-SLEEP = 20  # [us]
+SLEEP = 20
+"""Length of such a sleep [us]; chosen."""
 
 
 def _added(typing: Any, gate: Any, x: Any) -> Any:
-    """Number of a gate after x is added to it, in one go for all threads: an intrinsic, ``typing`` is numba's
-    context.
+    """Number of a gate after x is added to it, in one go for all threads: what numba asks of an intrinsic.
+
+    Parameters
+    ----------
+    typing : numba's context of types, not used
+    gate, x : types of the gate, an array of one integer, and of what is added
+
+    Returns
+    -------
+    signature, code : types of the call, and what writes its instructions
     """
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
@@ -48,13 +57,19 @@ else:
 
 @kernel()
 def meet(gate: Index, met: int, threads: int, spin: int = SPIN) -> int:
-    """Wait until all threads are here; how many have arrived at all gates so far, or SHUT and more.
+    """Wait until all parts of a step are here.
 
     Parameters
     ----------
-    gate : arrivals, shape (1,); zero at first
+    gate : first entry: arrivals of all threads at all gates, zero at first
     met : what the gate before gave, 0 at the first
+    threads : how many meet
     spin : looks before it sleeps between them
+
+    Returns
+    -------
+    int
+        Arrivals at all gates so far; SHUT or more where a thread will never arrive.
     """
     goal, now, looks = met + threads, int(added(gate, 1)), 0
     while now < goal:

@@ -4,7 +4,8 @@ import numpy as np
 
 from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
-from dem.kernels.joint_law import peak_of, softening_of, stress
+from dem.kernels.joint_law import stress
+from dem.kernels.joint_strength import peak_of, softening_of
 from dem.kernels.zone_arrays import Nodes, QuadTable, SideContacts, Sides, ZonedArrays, Zones
 from dem.kernels.zone_plasticity import MAT_D, MAT_DN, MAT_G, MAT_STRAIN, MAT_YIELDS, stress_return
 from dem.kernels.zones import met, stress_at, turned
@@ -12,9 +13,13 @@ from dem.kernels.zones import met, stress_at, turned
 
 @kernel(counted=True, forceinline=True)
 def _zone_stresses(nodes: Nodes, zones: Zones, tables: QuadTable, stresses: Array) -> float:
-    """Write the stresses of all zones in the plane [Pa], and return their elastic energy [J].
+    """Write the stresses of all zones, and return their elastic energy [J].
 
-    ``stresses`` has shape (zones, 4, 4): xx, zz, xz and yy at the four stress points, in axes of the structure.
+    Parameters
+    ----------
+    nodes, zones, tables : all of them
+    stresses : xx, zz, xz and yy at the four stress points, in axes of the structure, tension positive [Pa], written,
+        shape (zones, 4, 4)
     """
     u, trial, plastic = np.empty(8), np.empty(4), np.empty(4)
     energy = 0.0
@@ -30,14 +35,16 @@ def _zone_stresses(nodes: Nodes, zones: Zones, tables: QuadTable, stresses: Arra
                 if stress_return(tables.material, m, trial, plastic) > 0:
                     xx, zz, xz, yy = trial
             if tables.material[m, MAT_STRAIN] != 0.0:
-                # strain energy from the mean and the deviator
+                # plane strain: energy of the mean and of the deviator, by the bulk modulus and the shear modulus
                 mean, bulk = (xx + zz + yy) / 3.0, (d + 2.0 * dn) / 3.0
                 dev = (xx - mean) ** 2 + (zz - mean) ** 2 + (yy - mean) ** 2 + 2.0 * xz * xz
                 density = 0.5 * mean * mean / bulk + 0.25 * dev / sh
             else:
+                # plane stress: half of stress times strain, by the inverse of the elastic matrix in the plane
                 det = d * d - dn * dn
                 density = 0.5 * (d * (xx * xx + zz * zz) - 2.0 * dn * xx * zz) / det + 0.5 * xz * xz / sh
             energy += tables.weight[zones.kind[z], g] * density
+            # from the zone's axes to those of the structure
             stresses[z, g, 0] = c * c * xx + s * s * zz - 2.0 * c * s * xz
             stresses[z, g, 1] = s * s * xx + c * c * zz + 2.0 * c * s * xz
             stresses[z, g, 2] = c * s * (xx - zz) + (c * c - s * s) * xz
@@ -49,14 +56,15 @@ def _zone_stresses(nodes: Nodes, zones: Zones, tables: QuadTable, stresses: Arra
 def _joint_stresses(
     nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array, joint: Array, energy: float
 ) -> float:
-    """Write opening, slip and stresses n, t of all contact points; the energy with their own [J].
-
-    ``joint`` has shape (m, 4); ``energy`` is what there is already.
+    """Write opening, slip and stresses of all contact points, and return ``energy`` with their own [J].
 
     Parameters
     ----------
-    joint : opening less plastic opening, slip [m], n and t [Pa] of every point, written, shape (m, 4)
-    law : rows of all joints, columns as in ``LAW``
+    nodes, sides, contacts : all of them
+    law : rows of all joints, columns as in ``LAW``, shape (k, LAW_SIZE)
+    joint : opening less plastic opening, slip [m], normal stress, compression positive, and shear stress on b [Pa] of
+        every point, written, shape (m, 4)
+    energy : elastic energy of the zones [J]
     """
     for k in range(contacts.joint.size):
         _, _, _, _, _, _, opening, slip = met(k, nodes, sides, contacts)
@@ -76,6 +84,7 @@ def measure_zones(model: ZonedArrays, stresses: Array, joint: Array) -> float:
 
     Parameters
     ----------
+    model : all arrays of the model
     stresses : in global axes xx, zz, xz, yy [Pa], tension positive, written, shape (e, 4, 4)
     joint : opening less dilation, slip [m], normal (compression positive) and shear stress on b [Pa], written, (m, 4)
 

@@ -11,7 +11,7 @@ from dem.kernels.zones import joint_forces, zone_forces
 
 @kernel(forceinline=True)
 def _turned_moment(rigid: Rigid, b: int) -> float:
-    """Change of the moment of block b's loads by the turn of their points: that of (R - I) sum of r f^T."""
+    """Change of the moment [N m] of block b's loads as their points turn with it: that of (R - I) sum of r f^T."""
     arms, turn = rigid.arms, rigid.shift[b, 2]
     less, s = -2.0 * np.sin(0.5 * turn) ** 2, np.sin(turn)
     return less * (arms[b, 0, 1] - arms[b, 1, 0]) - s * (arms[b, 0, 0] + arms[b, 1, 1])
@@ -23,8 +23,9 @@ def move(nodes: Nodes, rigid: Rigid, total: Array, dt: float, local: float, drif
 
     Parameters
     ----------
+    nodes, rigid : nodes and rigid blocks, moved
     total : works and losses so far [J], number of steps: entries ``Z_...``, added to
-    dt : [s], 1 where masses are scaled to the step
+    dt : step [s], 1 where masses are scaled to the step
     local : factor of local damping [-]
     drifts : whether motion is steady and damping the combined one
     """
@@ -32,11 +33,12 @@ def move(nodes: Nodes, rigid: Rigid, total: Array, dt: float, local: float, drif
     applied = support = damping = kinetic = 0.0
     for i in range(nodes.mass.size):
         if nodes.body[i] >= 0:
-            continue
+            continue  # carried by a rigid block
         inverse = dt / nodes.mass[i]
         for r in range(2):
             f, v = force[i, r], velocity[i, r]
             if nodes.held[i, r]:
+                # it keeps its velocity, and the support takes the force
                 shift[i, r] += dt * v
                 support -= f * v * dt
                 applied += nodes.load[i, r] * v * dt
@@ -86,10 +88,11 @@ def _apply(nodes: Nodes) -> None:
 
 @kernel()
 def _carry(nodes: Nodes, rigid: Rigid) -> None:
-    """Carry the nodes of rigid blocks along."""
+    """Carry the nodes of rigid blocks along: u + (R - I) r, with r from the centre in the reference position."""
     for i in rigid.node:
         b = nodes.body[i]
         turn = rigid.shift[b, 2]
+        # cosine less one without cancellation, and sine
         less, s = -2.0 * np.sin(0.5 * turn) ** 2, np.sin(turn)
         rx, ry = nodes.place[i, 0] - rigid.centre[b, 0], nodes.place[i, 1] - rigid.centre[b, 1]
         nodes.shift[i, 0] = rigid.shift[b, 0] + less * rx - s * ry
@@ -98,7 +101,7 @@ def _carry(nodes: Nodes, rigid: Rigid) -> None:
 
 @kernel()
 def _net(nodes: Nodes, rigid: Rigid) -> None:
-    """Force of loads and joints on every rigid block, and moment about its centre."""
+    """Write the force of loads and joints on every rigid block, and the moment about its centre, to ``rigid.net``."""
     for b in range(rigid.centre.shape[0]):
         for r in range(3):
             rigid.net[b, r] = rigid.load[b, r]
@@ -119,7 +122,9 @@ def advance_zones(model: ZonedArrays, steps: int, dt: float, local: float, drift
 
     Parameters
     ----------
-    dt : [s], 1 where masses are scaled to the step
+    model : all arrays of the model, changed
+    steps : how many
+    dt : step [s], 1 where masses are scaled to the step
     local : factor of local damping [-]
     drifts : whether motion is steady and damping the combined one
     """

@@ -18,17 +18,22 @@ from dem.kernels.compiled import kernel
 MAT_STRAIN, MAT_K, MAT_C, MAT_FT, MAT_KPSI, MAT_D, MAT_DN, MAT_G, MAT_YIELDS = 0, 1, 2, 3, 4, 5, 6, 7, 8
 """Row of a material: 1 in plane strain, k, 2 c sqrt(k) [Pa], ft [Pa], k_psi, D11, D12, G [Pa], 1 where it yields."""
 MAT_SIZE = 9
+"""Numbers of such a row."""
 
 SHEAR_NOW, TENSION_NOW, SHEAR_PAST, TENSION_PAST = 1, 2, 4, 8
 """Flags of a stress point: yields in shear or in tension in this step, or did so before."""
 
-_TINY = 1e-11  # of the largest stress: below it a plane counts as met
+_TINY = 1e-11
+"""Excess over the sum of the stresses up to which a plane counts as met: a return ends on it but for rounding [-]."""
+
+_SINGULAR = 1e-12
+"""Pivot over D11 below which planes that are met at once depend on each other [-]."""
 
 
 class Planes(NamedTuple):
     """Planes of a yield surface in principal stresses, a s <= b, and the elastic law beside them."""
 
-    a: Array  # (6, 3)
+    a: Array  # normals, not of unit length, (6, 3)
     b: Array  # [Pa], (6,)
     f: Array  # directions of flow, (6, 3)
     d: float  # D11 [Pa]
@@ -48,12 +53,14 @@ class Met(NamedTuple):
 def planes(mat: Array, m: int, a: Array, b: Array, f: Array, shear: Index) -> int:
     """Write the yield planes a s <= b of material row m, and return their number.
 
-    The stresses are principal ones: s1 >= s2 >= s3 in plane strain; in plane stress the two in the plane, and 0. ``f``
-    is the flow of each plane, ``shear`` 1 where it is of shear and 0 where it is of tension.
+    The stresses are principal ones: s1 >= s2 >= s3 in plane strain; in plane stress the two in the plane, and 0.
 
     Parameters
     ----------
-    mat : rows of all materials, columns ``MAT_``
+    mat : rows of all materials, columns ``MAT_...``, shape (materials, MAT_SIZE)
+    a, b : coefficients and bounds [Pa] of the planes, written, shapes (6, 3) and (6,)
+    f : direction of plastic flow of each plane, written, shape (6, 3)
+    shear : 1 where a plane is of shear, 0 where it is of tension, written, shape (6,)
     """
     k, c, ft, q = mat[m, MAT_K], mat[m, MAT_C], mat[m, MAT_FT], mat[m, MAT_KPSI]
     for i in range(6):
@@ -86,19 +93,20 @@ def planes(mat: Array, m: int, a: Array, b: Array, f: Array, shear: Index) -> in
 
 @kernel(fast=False)
 def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met) -> bool:
-    """Return to some planes at once: True where multipliers and stress are admissible.
+    """Return to some planes at once: True where all multipliers are >= 0 and no plane is exceeded after it.
 
     Parameters
     ----------
-    active : numbers of the planes that are active
-    count : how many they are
-    n, surface : number of all planes; their a, b, f, the elastic constants d and dn, and a tolerance [Pa]
-    s : trial stress
+    active : numbers of the planes that are active, shape (3,)
+    count : how many of these count
+    n : number of all planes
+    s : trial principal stresses [Pa], shape (3,)
+    surface : all planes, the elastic law and the rounding
     met : multipliers and stress that are written, and work space
     """
     a, b, f, d, dn, tol = surface
     lam, out, m = met
-    # matrix a_i D f_j and right-hand side a_i s - b_i, by elimination with pivots
+    # a_i (s - D sum of lam_j f_j) = b_i: matrix a_i D f_j and right-hand side a_i s - b_i, by elimination with pivots
     for i in range(count):
         p = active[i]
         for j in range(count):
@@ -114,7 +122,7 @@ def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met)
         for j in range(i + 1, count):
             if abs(m[j, i]) > abs(m[best, i]):
                 best = j
-        if abs(m[best, i]) < 1e-12 * d:
+        if abs(m[best, i]) < _SINGULAR * d:
             return False
         for r in range(4):
             m[i, r], m[best, r] = m[best, r], m[i, r]
@@ -144,11 +152,11 @@ def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met)
 
 @kernel(fast=False, counted=True)
 def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
-    """Return sorted principal stresses to the surface; plastic strains and flags.
+    """Return sorted principal stresses to the yield surface.
 
     Parameters
     ----------
-    mat, m : table of materials and the row
+    mat, m : rows of all materials, columns ``MAT_...``, and the row that counts
     s : trial principal stresses in the order of :func:`planes` [Pa], overwritten, shape (3,)
     plastic : plastic strain in the same axes [-], written, shape (3,)
 
@@ -159,7 +167,8 @@ def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
     k, c, ft, q = mat[m, MAT_K], mat[m, MAT_C], mat[m, MAT_FT], mat[m, MAT_KPSI]
     d, dn = mat[m, MAT_D], mat[m, MAT_DN]
     plane_strain = mat[m, MAT_STRAIN] != 0.0
-    # most return to the face of shear alone: the same as below, without its tables
+    # most return to the face of shear alone: the same as below, without its tables. Excess over k s1 - s3 <= c, its
+    # multiplier x, and the stresses after it
     low = 2 if plane_strain else 1
     over = k * s[0] - s[low] - c
     if over > 0.0:
@@ -219,7 +228,8 @@ def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
         p = active[i]
         for r in range(3):
             plastic[r] += lam[i] * f[p, r]
-        # in plane stress what shears against the zero stress across also strains across, which no stress resists
+        # in plane stress what shears against the zero stress across also strains across, which no stress resists: of
+        # planes 3 and 4 (compression) q per multiplier, of 1 and 2 (tension) -1 / q, by the flow (q, 0, -1) of shear
         if not plane_strain and p > 0 and shear[p]:
             plastic[2] += lam[i] * q if p > 2 else -lam[i] / q
         if lam[i] > 0.0:
@@ -231,7 +241,7 @@ def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
 
 @kernel(forceinline=True)
 def exceeds(mat: Array, m: int, xx: float, zz: float, xz: float, yy: float) -> bool:
-    """Whether a stress [Pa] lies outside the yield surface of row m of the materials ``mat``."""
+    """Whether a stress xx, zz, xz, yy [Pa], tension positive, lies outside the yield surface of row m of ``mat``."""
     mean, half = 0.5 * (xx + zz), 0.5 * (xx - zz)
     r = np.sqrt(half * half + xz * xz)
     low, high = min(mean - r, yy), max(mean + r, yy)
@@ -240,11 +250,12 @@ def exceeds(mat: Array, m: int, xx: float, zz: float, xz: float, yy: float) -> b
 
 @kernel(fast=False, counted=True)
 def stress_return(mat: Array, m: int, stress: Array, plastic: Array) -> int:
-    """Return a stress to the yield surface of row m of the materials ``mat``.
+    """Return a stress to the yield surface of a material.
 
     Parameters
     ----------
-    stress : xx, zz, xz, yy [Pa], overwritten, shape (4,)
+    mat, m : rows of all materials, columns ``MAT_...``, and the row that counts
+    stress : xx, zz, xz, yy, tension positive [Pa], overwritten, shape (4,)
     plastic : plastic strain increment xx, zz, 2 xz, yy [-], written, shape (4,)
 
     Returns
@@ -256,6 +267,7 @@ def stress_return(mat: Array, m: int, stress: Array, plastic: Array) -> int:
         plastic[r] = 0.0
     if not exceeds(mat, m, xx, zz, xz, yy):
         return 0
+    # Mohr's circle: one and two are the principal stresses in the plane, cos and sin of twice the angle to them
     mean, half = 0.5 * (xx + zz), 0.5 * (xx - zz)
     r = np.sqrt(half * half + xz * xz)
     cos, sin = (half / r, xz / r) if r > 0.0 else (1.0, 0.0)
@@ -277,6 +289,7 @@ def stress_return(mat: Array, m: int, stress: Array, plastic: Array) -> int:
     flags = principal_return(mat, m, s, p)
     if flags < 0:
         return flags
+    # back to x and z by the same angle: an isotropic return does not turn the principal axes
     mean, half = 0.5 * (s[i] + s[j]), 0.5 * (s[i] - s[j])
     stress[0], stress[1], stress[2], stress[3] = mean + half * cos, mean - half * cos, half * sin, s[k]
     mean, half = 0.5 * (p[i] + p[j]), 0.5 * (p[i] - p[j])

@@ -13,7 +13,8 @@ import numpy as np
 
 from dem.kernels.arrays import Array
 from dem.kernels.compiled import kernel
-from dem.kernels.joint_law import peak_of, plain_peak_of, return_map, softening_of
+from dem.kernels.joint_law import return_map
+from dem.kernels.joint_strength import peak_of, plain_peak_of, softening_of
 from dem.kernels.zone_arrays import (
     Z_FRACTURE,
     Z_FRICTION,
@@ -39,12 +40,27 @@ from dem.kernels.zone_plasticity import (
     stress_return,
 )
 
+LEFT = 1e-6
+"""Part of a segment by which a point must have left it before it goes on to the next one."""
+
+TRIES = 64
+"""Segments that a point may pass in a step, so that a search between two that send it back and forth ends."""
+
 
 @kernel(forceinline=True)
 def turned(z: int, nodes: Nodes, zones: Zones, tables: QuadTable, u: Array) -> tuple[float, float]:
-    """Displacement of the nodes of zone z in its own axes [m], written to u (8); cosine and sine of its rotation.
+    """Displacement of the nodes of zone z in its own axes, and cosine and sine of its rotation.
 
     The stiffness of a zone then is that of small strains; forces turn back by the same rotation.
+
+    Parameters
+    ----------
+    nodes, zones, tables : all of them
+    u : displacements x, z of its four nodes less the turn about the middle [m], written, shape (8,)
+
+    Returns
+    -------
+    c, s : cosine and sine of the angle from x to z by which the zone has turned
     """
     kind = np.uint64(zones.kind[z])
     i0, i1 = np.uint64(zones.node[z, 0]), np.uint64(zones.node[z, 1])
@@ -79,7 +95,11 @@ def turned(z: int, nodes: Nodes, zones: Zones, tables: QuadTable, u: Array) -> t
 
 @kernel(forceinline=True)
 def stress_at(z: int, g: int, zones: Zones, tables: QuadTable, u: Array) -> tuple[float, float, float, float]:
-    """Stress xx, zz, xz, yy [Pa] at point g of zone z from displacements u (8) in the zone's axes [m]."""
+    """Stress xx, zz, xz, yy [Pa], tension positive, at stress point g of zone z, in the zone's axes.
+
+    It is that of the displacements u, shape (8,), of its nodes in its own axes [m] and of its enhanced modes, less what
+    plastic strain has taken away. ``zones`` and ``tables`` are those of all zones.
+    """
     # unsigned: no index from the end to allow for
     kind, m = np.uint64(zones.kind[z]), np.uint64(zones.material[z])
     strain, modes, amplitude = tables.strain, tables.modes, zones.amplitude
@@ -105,13 +125,19 @@ def stress_at(z: int, g: int, zones: Zones, tables: QuadTable, u: Array) -> tupl
 def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plastic: Array) -> tuple[float, int]:
     """Return the four stress points of zone z to the yield surface.
 
-    Returned are the work lost [J] and 1 where a point could not be returned, else 0. The zone's ``spent`` stress, nodal
-    ``relief`` and enhanced ``amplitude`` follow, so that elastic forces stay those of the displacements.
+    The zone's ``spent`` stress, nodal ``relief`` and enhanced ``amplitude`` follow, so that elastic forces stay those
+    of the displacements.
 
     Parameters
     ----------
-    u : displacements in the zone's axes [m], shape (8,)
-    trial, plastic : work space, shape (4,)
+    zones, tables : all of them; the zone's plastic state is changed
+    u : displacements of its nodes in the zone's axes [m], shape (8,)
+    trial, plastic : work space for a stress and a plastic strain, shape (4,)
+
+    Returns
+    -------
+    lost : plastic work [J]
+    missed : 1 where a point could not be returned, else 0
     """
     kind, m = np.uint64(zones.kind[z]), np.uint64(zones.material[z])
     lost = a0 = a1 = a2 = a3 = 0.0
@@ -123,7 +149,7 @@ def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plas
         # a point that yielded in the last step counts as one that has yielded
         past = (old & (SHEAR_PAST | TENSION_PAST)) | ((old & (SHEAR_NOW | TENSION_NOW)) << 2)
         if not exceeds(tables.material, m, xx, zz, xz, yy):
-            zones.flag[z, g] = past
+            zones.flag[z, g] = past  # it yields no more
             continue
         trial[0], trial[1], trial[2], trial[3] = xx, zz, xz, yy
         new = stress_return(tables.material, m, trial, plastic)
@@ -139,6 +165,7 @@ def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plas
         zones.spent[z, g, 2] += d2
         zones.spent[z, g, 3] += yy - trial[3]
         for j in range(8):
+            # nodal forces w B^T (stress taken away)
             zones.relief[z, j] += w * (
                 tables.strain[kind, g, 0, j] * d0 + tables.strain[kind, g, 1, j] * d1
                 + tables.strain[kind, g, 2, j] * d2
@@ -166,7 +193,11 @@ def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plas
 def zone_forces(nodes: Nodes, zones: Zones, tables: QuadTable, total: Array) -> None:
     """Add the forces of all zones to ``nodes.force`` and let their stress points yield.
 
-    Work that is lost and stress points that could not be returned are added to ``total``.
+    Parameters
+    ----------
+    nodes, zones, tables : all of them; forces and the plastic state of zones are changed
+    total : accumulated sums, entries ``Z_...``: plastic work [J] and zones with a point that could not be returned are
+        added
     """
     u, trial, plastic = np.empty(8), np.empty(4), np.empty(4)
     lost = 0.0
@@ -217,10 +248,20 @@ def zone_forces(nodes: Nodes, zones: Zones, tables: QuadTable, total: Array) -> 
 def met(
     k: int, nodes: Nodes, sides: Sides, contacts: SideContacts
 ) -> tuple[int, int, float, int, float, float, float, float]:
-    """Where contact point k lies on its side of block a.
+    """Where contact point k, which stays at its place on block b, lies on its side of block a.
 
-    Returned are two nodes of the segment, the share along it, its number, the tangent (dx, dy), opening and slip [m].
-    The outward normal is (dy, -dx).
+    Parameters
+    ----------
+    nodes, sides, contacts : all of them
+
+    Returns
+    -------
+    i, j : nodes of a between which it lies
+    along : part of the way from i to j [-]
+    at : chain entry of ``sides.node`` that holds i
+    dx, dy : unit tangent from i to j, x and z; the outward normal of a is (dy, -dx)
+    opening : distance from a's side, negative where the point has sunk into it [m]
+    slip : travel along the side since the reference position [m]
     """
     b0, b1, share = contacts.node[k, 0], contacts.node[k, 1], contacts.share[k]
     place, shift = nodes.place, nodes.shift
@@ -238,9 +279,9 @@ def met(
         along = ((x - ox) * dx + (y - oy) * dy) * inv
         tried += 1
         # a point at a node belongs to either segment: it changes only where it has left for good
-        if along < -1e-6 and at > first and tried < 64:
+        if along < -LEFT and at > first and tried < TRIES:
             at -= 1
-        elif along > 1.0 + 1e-6 and at < last and tried < 64:
+        elif along > 1.0 + LEFT and at < last and tried < TRIES:
             at += 1
         else:
             break
@@ -255,9 +296,10 @@ def joint_forces(nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array,
 
     Parameters
     ----------
-    law : rows of all joints
-    soft : whether any loses strength
-    total : the accumulated sums, added to
+    nodes, sides, contacts : all of them; forces and the plastic state of contact points are changed
+    law : rows of all joints, shape (k, LAW_SIZE)
+    soft : whether any joint loses strength or has added terms: only then is the softening compiled in
+    total : accumulated sums, entries ``Z_...``: friction and fracture are added [J]
     """
     force = nodes.force
     rubbed_all = broken_all = 0.0
@@ -280,7 +322,7 @@ def joint_forces(nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array,
         area = contacts.area[k]
         rubbed_all += area * (rubbed - raised)
         broken_all += area * broken
-        # outward normal of a is (ty, -tx)
+        # force on b; the outward normal of a is (ty, -tx)
         fx, fy = area * (t * tx + n * ty), area * (t * ty - n * tx)
         b0, b1, share = contacts.node[k, 0], contacts.node[k, 1], contacts.share[k]
         force[b0, 0] += (1.0 - share) * fx

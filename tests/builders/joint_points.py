@@ -6,7 +6,8 @@ import numpy as np
 from walls import on_slab
 
 import limitmason as lm
-from dem.kernels.joint_law import peak_of, return_map, softening_of
+from dem.kernels.joint_law import return_map
+from dem.kernels.joint_strength import peak_of, softening_of
 from dem.model.joints import JointOptions, make_laws
 
 

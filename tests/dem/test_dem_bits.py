@@ -30,7 +30,7 @@ from dem.zones.model import make_model
 @pytest.mark.parametrize(
     "name",
     [
-        "joint_law.return_map", "joint_law.stress", "joint_law.strength_of", "added_terms.with_added",
+        "joint_law.return_map", "joint_law.stress", "joint_strength.strength_of", "added_terms.with_added",
         "sums.point_sums", "deformed.strained_sums", "joint_forces._joint_forces", "zone_measure._zone_stresses",
     ],
 )

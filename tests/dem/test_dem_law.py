@@ -339,7 +339,8 @@ def test_dilation_ends_at_its_slip_distance_and_starts_to_close_there():
 def test_slip_round_a_bend_lifts_by_its_distance_from_the_start():
     from joint_points import law_row
 
-    from dem.kernels.joint_law import peak_of, return_map, softening_of
+    from dem.kernels.joint_law import return_map
+    from dem.kernels.joint_strength import peak_of, softening_of
 
     row = law_row(dilatant())
     peak, fall = peak_of(row, 0), softening_of(row, 0)
@@ -377,7 +378,8 @@ def test_a_dilating_joint_takes_energy_in_every_loop_of_slip(psi):
 @pytest.mark.parametrize("lifts", [False, True])
 def test_the_short_way_of_points_within_their_strength_is_the_law_itself(softens, lifts):
     # with a dashpot of zero the law goes its whole way at every point; the short way is taken where there is none
-    from dem.kernels.joint_law import Peak, SofteningRow, return_map
+    from dem.kernels.joint_law import return_map
+    from dem.kernels.joint_strength import Peak, SofteningRow
 
     rng = np.random.default_rng(5)
     within = beyond = 0

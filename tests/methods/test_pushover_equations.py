@@ -139,7 +139,7 @@ def test_the_return_keeps_the_law_the_flow_rule_and_the_energy():
 def test_small_steps_come_to_the_same_as_the_dem_kernel():
     """The kernel's apex rule is an incremental one; over many small steps both are one law."""
     from dem.kernels import LAW_SIZE, Points
-    from dem.kernels.joint_law import plain_peak_of
+    from dem.kernels.joint_strength import plain_peak_of
     from dem.kernels.sums import point_sums
 
     def scan(d, law_row, points):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dem import kernels
-from dem.kernels.joint_law import plain_peak_of, softening_of
+from dem.kernels.joint_strength import plain_peak_of, softening_of
 from dem.kernels.sums import point_sums
 from limitmason.capacity import point_law
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, virgin
