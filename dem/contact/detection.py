@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.contact.joint_renewal import (
+    PARTED,
     PIVOT_SLIP,
     PIVOT_TURN,
     SLIP_FRACTION,
@@ -19,7 +20,7 @@ from dem.contact.joint_renewal import (
 from dem.contact.near import ALWAYS, SMALL, Neighbours, placed
 from dem.contact.new_joints import Fresh, assemble, cut
 from dem.contact.piece_contacts import FLAT, Bearings, PiecesMeet, area_of, least_area, moved_together, on_next_faces
-from dem.contact.state_transfer import close_setbacks, inherit, keep_energy
+from dem.contact.state_transfer import Families, close_setbacks, inherit, keep_energy
 from dem.kernels import APART, CROSSING, E_DAMPING, FACES, Joints, NearPairs
 from dem.kernels.arrays import Index
 from dem.model.edge_points import note_slid
@@ -37,7 +38,13 @@ on it.
 """
 
 SOONEST = 4
-"""Fewest steps between two searches."""
+"""Fewest steps between two searches; chosen."""
+
+AHEAD = 0.5
+"""Part of the time to a touch after which it is looked again: what closes in is seen before it is through; chosen."""
+
+SIDEWAYS = 0.1
+"""Part of its largest speed at which a corner is taken to close in, though it runs alongside: it may turn; chosen."""
 
 
 class Found(NamedTuple):
@@ -67,7 +74,8 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
 
     Parameters
     ----------
-    pieces : of the assembly
+    assembly, state : blocks, and the state of a run, which is changed
+    pieces : convex pieces of the blocks
     margin : gap up to which two blocks count as near [m]
     sharp : look at open edges and corners alone, whose time has come before that of a search of all pairs
     """
@@ -104,7 +112,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     stays[search.rows] = search.stays
     # blocks that have turned so far that their stiffness, by which masses are scaled, is to be made anew
     changed = np.zeros(assembly.n_blocks, dtype=bool)
-    limit = PIVOT_TURN if state.mode == DYNAMIC else STIFF_TURN
+    limit = PIVOT_TURN if state.mode == DYNAMIC else STIFF_TURN  # see STIFF_TURN
     joints = search.state.joints
     for ends in (joints.block_a, joints.block_b):
         changed[ends[search.stays & (search.turn > limit)]] = True
@@ -115,7 +123,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
 
 
 def _codes(joints: Joints, n_blocks: int) -> Index:
-    """Pair code of every joint: the lower number of its two blocks times ``n_blocks``, plus the higher."""
+    """Pair code of every joint, shape (k,): the lower number of its two blocks times ``n_blocks``, plus the higher."""
     return np.sort(np.column_stack([joints.block_a, joints.block_b]), axis=1) @ (n_blocks, 1)
 
 
@@ -131,10 +139,10 @@ def _allow(
     Parameters
     ----------
     near : pairs of pieces; ``move`` [m] and ``angle`` [rad] are written
-    code : pair code of every row of ``near``
-    own : pair code of every joint
+    margin : gap up to which two blocks count as near [m]
+    code : pair code of every row of ``near``, shape (m,)
+    own : pair code of every joint, shape (k,)
     joined : rows whose blocks have a joint, shape (m,)
-    margin : distance up to which pairs of pieces are looked at [m]
     """
     still = np.zeros((assembly.n_blocks, 3, 3))
     shape = PiecesMeet(placed(pieces, still, assembly.centroids)[0], pieces, near.pairs, margin).now
@@ -149,7 +157,7 @@ def _allow(
 
 
 def _narrow(assembly: Assembly, state: State) -> None:
-    """Take setbacks back where points have opened."""
+    """Move points that were set back under load, and have opened, towards where they had been."""
     if not state.setback.any():
         return
     rows = np.unique(np.searchsorted(state.joints.start, np.flatnonzero(state.setback), side="right") - 1)
@@ -163,29 +171,25 @@ class _Search:
 
     It sees the joints of these pairs alone, or of their blocks and of all that these touch, with numbers of its own.
 
-    Parameters
-    ----------
-    code : of the blocks of every near pair of pieces
-    looked : codes of the pairs of blocks that are looked at
-    beside : also see the joints beside them
-
     Attributes
     ----------
-    rows : numbers of the joints that are seen
+    rows : numbers in the whole state of the joints that are seen, shape (k,)
     state : their part of the state
     now : what their points measure now
-    code : pair code of every such joint
-    turn : since it was made [rad]
-    slip : its largest [m]
+    code : pair code of every such joint, shape (k,)
+    turn, slip : its turn since it was made [rad] and its largest slip [m], shape (k,)
     outworn : joints that are to be made anew, shape (k,)
     stays : joints of pairs without any, shape (k,)
-    pairs : near pairs of pieces that are looked at
-    key : pair code of each
+    of_row : pair code of every near pair of pieces, shape (m,)
+    looked : pair codes of the blocks that are looked at, ascending
+    pairs, key : near pairs of pieces that are looked at, shape (p, 2), and the pair code of each, shape (p,)
     met : how they meet
-    makes : of these, those that make a joint
+    makes : of these, those that make a joint, shape (p,)
+    hit : blocks of the joints that are seen, shape (n,)
+    bearings : joints that carry; None where what lies beside is not looked at
     beside : the joint beside each that meets on the face that goes on, by row of ``pairs``
     family : families of pairs whose joints share their energy
-    group : family of every joint
+    group : family of every joint, shape (k,)
     active : pair codes whose joints are to be made or made anew
     """
 
@@ -197,9 +201,10 @@ class _Search:
 
         Parameters
         ----------
+        assembly, state, pieces : blocks, the whole state, and the convex pieces of the blocks
         around : pieces that are near each other
-        code : pair code of each such row
-        looked : pair codes to look at
+        code : pair code of the blocks of each such row, shape (m,)
+        looked : pair codes to look at, ascending
         margin : gap up to which blocks count as near [m]
         beside : take in the joints of neighbours too, as a cut may run on into them
         """
@@ -229,6 +234,7 @@ class _Search:
         state.ends[points_of(state.joints, self.rows)] = part.ends
         self.stays = ~among(self.code, np.sort(self.code[self.outworn]))
         self.group, self.family = self.code, Families()
+        # pairs that overlap little along another axis too may meet on a face that goes on, and new pairs have no joint
         over = (shape.kind != APART) & (shape.beside > -margin)
         over |= self.makes & ~among(self.key, np.sort(self.code))
         self.active = np.union1d(self.code[self.outworn], self.key[over]) if not beside else looked
@@ -278,7 +284,8 @@ class _Search:
 
         Returns
         -------
-        The joints, or None without any, and the family of each: joints between which forces are shared out anew.
+        made : the joints, or None without any
+        families : family of each, pairs between whose joints forces are shared out anew, shape (n,)
         """
         shape, owner = self.met.now, self.pieces.owner
         rows = np.flatnonzero(self.makes & ~among(self.key, np.sort(self.code[self.stays])))
@@ -288,8 +295,8 @@ class _Search:
         # block a carries the face, the base of the meeting
         first, (p, q) = shape.base_first[rows], owner[self.pairs[rows]].T
         block_a, block_b = np.where(first, p, q), np.where(first, q, p)
-        # the joint whose law each takes: one of its own pair, else the one beside it; edges that cross (-1) take that
-        # of a face
+        # the joint whose law each takes: one of its own pair, else the one beside it; -1 asks for that of an interface,
+        # as edges that cross do
         on_faces = np.flatnonzero(self.state.contact != CROSSING)
         known, at = np.unique(self.code[on_faces], return_index=True)
         like = np.array([self.beside.get(row, -1) for row in rows.tolist()], dtype=np.int64)
@@ -311,13 +318,17 @@ class _Search:
     def allowances(self, code: Index, made: Fresh | None) -> tuple[Array, Array]:
         """Motion [m] and turn [rad] up to which pairs with given codes need not be looked at again.
 
-        A pair is looked at when a joint of it may be dropped or cut anew: when it slips or turns too far, parts by half
-        again the margin, or comes to pivot. Until then nothing can happen that a search would find.
+        A pair is looked at when a joint of it may be dropped or cut anew: when it slips or turns too far, parts by
+        :data:`PARTED` times the margin, or comes to pivot. Until then nothing can happen that a search would find.
 
         Parameters
         ----------
-        code : of the pairs of blocks that are asked for
+        code : pair codes of the blocks that are asked for, shape (m,)
         made : joints that this search has made, None for none
+
+        Returns
+        -------
+        move, angle : shape (m,), :data:`ALWAYS` for pairs that are looked at in every search
         """
         state, now = self.state, self.now
         first, stays = state.joints.start[:-1], self.stays & among(self.code, self.looked)
@@ -327,10 +338,10 @@ class _Search:
         if stays.any():
             spacing, nearest = spacing_of(state), np.minimum.reduceat(now.opening, first)
             size, turn = spacing * np.sqrt(np.diff(state.joints.start)), self.turn
-            # what is left to each limit; the least of a pair's joints counts.
-            # it may pivot once it has both slid and turned: waiting for one of them is enough
+            # what is left to each limit; the least of a pair's joints counts. A joint may pivot once it has both slid
+            # and turned: waiting for the first of the two is enough
             to_slide, to_turn = PIVOT_SLIP * size - self.slip, PIVOT_TURN - turn
-            left = np.minimum(SLIP_FRACTION * spacing - self.slip, 1.5 * self.margin - nearest)
+            left = np.minimum(SLIP_FRACTION * spacing - self.slip, PARTED * self.margin - nearest)
             left = np.where(to_slide > 0.0, np.minimum(left, to_slide), left)
             left[(state.contact > FACES) | (turn > TURN_LIMIT) | ((to_slide <= 0.0) & (to_turn <= 0.0))] = ALWAYS
             np.minimum.at(move, at, left[stays])
@@ -352,7 +363,7 @@ class _Search:
         return move[row], angle[row]
 
     def soonest(self) -> float:
-        """Half the time in which the quickest edge or corner that is open could close its gap [s]."""
+        """Time after which the quickest edge or corner that is open is looked at again, before it may touch [s]."""
         shape, b = self.met.now, self.state.bodies
         use = (shape.kind > FACES) & (shape.gap > 0.0)
         if self.bearings is None:
@@ -363,36 +374,10 @@ class _Search:
         crosses = (shape.kind[use] == CROSSING)[:, None]
         at = np.where(crosses, shape.crossing[use, 2], shape.polygon[use, 0])
         along = np.where(crosses, shape.crossing[use, 4], shape.plane[use, :3])
+        # velocity of the other block's corner against the base along the axis of the gap, and the fastest it could be
         vel = (b.vel[other] + np.cross(b.spin[other], at - self.place[other])) - b.vel[one]
         closing = np.abs(((vel - np.cross(b.spin[one], at - self.place[one])) * along).sum(axis=1))
         turn = np.linalg.norm(b.spin, axis=1) * self.pieces.reach
         fastest = np.linalg.norm(b.vel[one] - b.vel[other], axis=1) + turn[one] + turn[other]
-        # half the gap at this speed: what closes in is seen before it is through
-        speed = np.maximum(closing, 0.1 * fastest)  # what runs alongside may turn
-        return float((0.5 * shape.gap[use] / np.maximum(speed, 1e-300)).min())
-
-
-class Families:
-    """Pairs of blocks, by number, whose joints on one face are cut anew together and share their energy."""
-
-    def __init__(self) -> None:
-        self._first: dict[int, int] = {}
-
-    def of(self, pair: int) -> int:
-        """Number of the family of a pair."""
-        while pair in self._first:
-            pair = self._first[pair]
-        return pair
-
-    def of_all(self, pairs: Index) -> Index:
-        """First pair of the family of every pair, from and to numbers of pairs, shape (n,)."""
-        out = pairs.copy()
-        for k in np.flatnonzero(among(pairs, np.array(sorted(self._first), dtype=np.int64))).tolist():
-            out[k] = self.of(int(pairs[k]))
-        return out
-
-    def join(self, one: int, other: int) -> None:
-        """Make two families one."""
-        one, other = self.of(one), self.of(other)
-        if one != other:
-            self._first[one] = other
+        speed = np.maximum(closing, SIDEWAYS * fastest)
+        return float((AHEAD * shape.gap[use] / np.maximum(speed, 1e-300)).min())

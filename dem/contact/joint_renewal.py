@@ -20,16 +20,25 @@ PIVOT_TURN = np.deg2rad(0.05)
 PIVOT_SLIP = 5e-4
 """Slip from which it is, over the root of its area: the arm of what bears is wrong by the slip [-]."""
 
+PARTED = 1.5
+"""Gap from which a joint is dropped, over that up to which one is made: above 1, so that it is not made again [-]."""
+
+OTHER_PLACE, OTHER_PART = 0.01, 0.1
+"""Gaps that differ by more than these parts of the margin and of the gap are not of one point [-]; chosen."""
+
 
 def among(values: Index, known: Index) -> Flags:
-    """Whether numbers are among some in their order: ``numpy.isin`` sorts both."""
+    """Whether ``values`` are among ``known`` numbers, which ascend; quicker than ``numpy.isin``, which sorts both."""
     if not len(known):
         return np.zeros(np.shape(values), dtype=bool)
     return np.asarray(known[np.minimum(np.searchsorted(known, values), len(known) - 1)] == values)
 
 
 def slip_allowed(spacing: Array, count: Index | int) -> Array:
-    """Slip up to which a joint of points at a spacing [m] is neither worn nor may pivot on the wrong edge [m]."""
+    """Slip [m] up to which a joint of ``count`` points at a ``spacing`` [m] is neither worn nor may pivot wrongly.
+
+    The root of a joint's area, of which :data:`PIVOT_SLIP` is a part, is the spacing times the root of the count.
+    """
     return np.asarray(spacing * np.minimum(SLIP_FRACTION, PIVOT_SLIP * np.sqrt(count)))
 
 
@@ -50,13 +59,18 @@ def outworn_joints(
 
     Parameters
     ----------
+    state, now : joints and points, and what these measure now
     code : pair code of every joint, shape (k,)
-    key : pair code of every pair of pieces that are near now
-    kind : how they meet
-    gap : between them [m]
+    key : pair code of every pair of pieces that are near now, shape (p,)
+    kind : how they meet, ``FACES`` and the like, shape (p,)
+    gap : between them, negative where they overlap [m], shape (p,)
     margin : gap up to which blocks count as near [m]
     turn, slip : how far joints have turned [rad] and slid [m] since they were cut, shape (k,)
     mine : joints that are looked at, shape (k,)
+
+    Returns
+    -------
+    flags, shape (k,)
     """
     first = state.joints.start[:-1]
     if not len(first):
@@ -79,13 +93,13 @@ def outworn_joints(
     shape[near], apart[near] = kind[order][at[where[near]]], gap[order][at[where[near]]]
     # the nearest points are others: a block has come to lie on another face, a corner has left its face, the edges no
     # longer cross within their lengths. As long as they are the same, a joint between faces is right at any turn
-    elsewhere = np.abs(apart - nearest) > 0.01 * margin + 0.1 * np.abs(nearest)
+    elsewhere = np.abs(apart - nearest) > OTHER_PLACE * margin + OTHER_PART * np.abs(nearest)
     loose = ~carries & (sharp | ((shape > FACES) & elsewhere))
     swapped = np.zeros(len(code), dtype=bool)
     rows = np.flatnonzero(mine & ~worn & _may_pivot(state, now, turn, slip))
     swapped[rows] = pivots_on_a(assembly, state, now, rows)
     left = elsewhere & ((carries & sharp) | (turn > TURN_LIMIT))
-    return np.asarray(mine & (worn | loose | left | (nearest > 1.5 * margin) | swapped))
+    return np.asarray(mine & (worn | loose | left | (nearest > PARTED * margin) | swapped))
 
 
 def largest_slip(state: State, now: PointForces) -> Array:
@@ -95,14 +109,17 @@ def largest_slip(state: State, now: PointForces) -> Array:
 
 
 def _may_pivot(state: State, now: PointForces, turn: Array, slip: Array) -> Flags:
-    """Joints that have slid and turned so far that it matters whose edge they pivot on, and bear in part, (k,)."""
+    """Joints that have slid and turned so far that it matters whose edge they pivot on, and bear in part, shape (k,).
+
+    ``now`` is what their points measure; ``turn`` [rad] and ``slip`` [m] are those of every joint since it was made.
+    """
     first = state.joints.start[:-1]
     count, bears = np.diff(state.joints.start), np.add.reduceat((now.opening < 0.0).astype(int), first)
     return np.asarray((turn > PIVOT_TURN) & _slid_far(state, slip) & (bears > 0) & (bears < count))
 
 
 def _slid_far(state: State, slip: Array) -> Flags:
-    """Joints that have slid so far that it matters whose edge they pivot on, shape (k,)."""
+    """Joints whose ``slip`` [m] is so large that it matters whose edge they pivot on, shape (k,) of both."""
     return np.asarray(slip > PIVOT_SLIP * spacing_of(state) * np.sqrt(np.diff(state.joints.start)))
 
 
@@ -119,8 +136,9 @@ def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> 
 
 
 def turned_since(state: State) -> Array:
-    """Relative rotation of every joint's blocks since it was made [rad]."""
+    """Angle by which the blocks of every joint have turned against each other since it was made [rad], shape (k,)."""
     j, q = state.joints, state.bodies.quat
+    # conj(q_a) q_b, times what undoes that turn as it was then; the vector part is as long as sin(angle / 2)
     p = q[j.block_a] * (1, -1, -1, -1)
     relative = _multiply_rows(_multiply_rows(p, q[j.block_b]), j.turn)
     return 2.0 * np.arcsin(np.minimum(np.linalg.norm(relative[:, 1:], axis=1), 1.0))
@@ -128,7 +146,7 @@ def turned_since(state: State) -> Array:
 
 def _multiply_rows(p: Array, q: Array) -> Array:
     """Products p q of quaternions, scalar first, row by row, shape (n, 4)."""
-    a, b, c, d = p.T
+    a, b, c, d = p.T  # scalar, then vector
     e, f, g, h = q.T
     return np.stack([
         a * e - (b * f + c * g + d * h), a * f + e * b + (c * h - d * g), a * g + e * c + (d * f - b * h),

@@ -51,7 +51,11 @@ class Neighbours(NamedTuple):
     ) -> "Neighbours":
         """Pairs of pieces around the blocks of a state, and how they have moved since they were looked at.
 
-        ``since`` are the pairs as they were then; None is the reference position.
+        Parameters
+        ----------
+        assembly, state, pieces : blocks, the state they are in, and their convex pieces
+        margin : gap up to which pieces count as near [m]
+        since : pairs as they were when they were looked at; None is the reference position
         """
         n, b = assembly.n_blocks, state.bodies
         if since is None:
@@ -61,7 +65,7 @@ class Neighbours(NamedTuple):
             since.move[:], since.angle[:] = SMALL * margin, np.inf
             since.offset[:] = np.diff(assembly.centroids[since.blocks], axis=1)[:, 0]
             since.turn[:, 0] = 1.0
-        # the ground may travel far: pieces are placed against it
+        # the ground may travel far: pieces are placed against it, so that boxes stay valid
         ground = b.shift[assembly.fixed].mean(axis=0) if assembly.fixed.any() else np.zeros(3)
         place = assembly.centroids + b.shift - ground
         corners, low, high = placed(pieces, b.rot, place)
@@ -72,7 +76,7 @@ class Neighbours(NamedTuple):
         moved[near.move == ALWAYS] = 0.0  # enough for them, and those that have come near have no place before
         p, q = near.pairs.T
         gap = np.maximum(low[p] - high[q], low[q] - high[p]).max(axis=1)
-        size = (len(pieces.owner), 1)
+        size = (len(pieces.owner), 1)  # two numbers of pieces as one
         gone = since.blocks[~np.isin(since.pairs @ size, near.pairs @ size)] if near is not since else since.blocks[:0]
         return cls(near, corners + ground, gap > 2.0 * margin, offset, turn, moved, turned, gone)
 
@@ -86,11 +90,11 @@ class Neighbours(NamedTuple):
         return self.near.move == ALWAYS
 
     def looked_at(self, rows: Flags, move: Array, angle: Array) -> NearPairs:
-        """Pairs as they are when some have been looked at, with what they are allowed from now on.
+        """Pairs once some have been looked at: these lie as they do now, and may move from here.
 
         Parameters
         ----------
-        rows : of the pairs, those that have been looked at, shape (m,)
+        rows : pairs that have been looked at, shape (m,)
         move, angle : what pairs may move [m] and turn [rad] before they are looked at again, shape (m,)
         """
         near = self.near
@@ -100,7 +104,14 @@ class Neighbours(NamedTuple):
 
 
 def placed(pieces: Pieces, rot: Array, place: Array) -> tuple[Array, Array, Array]:
-    """Corners of all pieces and their boxes [m], by R - I and place of every block."""
+    """Corners of all pieces, shape (p, v, 3), and least and largest coordinates of each, shape (p, 3), all in [m].
+
+    Parameters
+    ----------
+    pieces : convex pieces of all blocks
+    rot : R - I of every block, shape (n, 3, 3)
+    place : centroid of every block [m], shape (n, 3)
+    """
     corners, low, high = np.empty_like(pieces.local), np.empty((len(pieces.owner), 3)), np.empty((len(pieces.owner), 3))
     kernels.place_pieces(pieces.owner, pieces.local, rot, place, corners, low, high)
     return corners, low, high
@@ -111,8 +122,8 @@ def _pairs(assembly: Assembly, pieces: Pieces, low: Array, high: Array, known: I
 
     Parameters
     ----------
-    low, high : boxes of all pieces [m], shape (p, 3)
-    known : pairs whose boxes overlap, where they are known already
+    low, high : least and largest coordinates of the boxes of all pieces [m], shape (p, 3)
+    known : pairs whose boxes overlap, shape (m, 2); None where they are not known yet
     """
     pairs = np.column_stack(overlapping_pairs(low, high)).astype(np.int64) if known is None else known
     blocks = pieces.owner[pairs]
@@ -130,8 +141,13 @@ def _pairs(assembly: Assembly, pieces: Pieces, low: Array, high: Array, known: I
 def _renewed(assembly: Assembly, pieces: Pieces, near: NearPairs, low: Array, high: Array, margin: float) -> NearPairs:
     """Pairs that are near now, where pieces have left their boxes; new ones are to be looked at.
 
-    ``low`` and ``high`` are the corners of the pieces' boxes now [m], shape (p, 3). Boxes are kept wider by a skin, so
-    that pairs are sought anew only when a piece has left its own.
+    Boxes are kept wider by a skin, so that pairs are sought anew only when a piece has left its own.
+
+    Parameters
+    ----------
+    near : pairs as they were when they were looked at, with the boxes of then
+    low, high : least and largest coordinates of every piece now [m], shape (p, 3)
+    margin : gap up to which pieces count as near [m]
     """
     left = np.asarray((low - margin < near.low) | (high + margin > near.high)).any(axis=1).reshape(-1)
     if not left.any():
@@ -174,7 +190,7 @@ def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float
     ground = b.shift[assembly.fixed].mean(axis=0) if assembly.fixed.any() else np.zeros(3)
     moved = np.linalg.norm(b.shift - ground, axis=1)
     turned = 2.0 * np.arcsin(np.minimum(np.linalg.norm(b.quat[:, 1:], axis=1), 1.0))
-    path = moved + turned * reach
+    path = moved + turned * reach  # a bound
     return int(path.argmax()), float(path.max())
 
 

@@ -9,7 +9,7 @@ from dem import kernels
 from dem.contact.piece_contacts import least_area
 from dem.kernels import CROSSING, E_DAMPING, E_KINETIC, LAW, ROOM, Cut, Heirs, Joints, Meetings, Points, Poses
 from dem.kernels.cutting import LATTICE
-from dem.model.stable_step import block_stiffness, points_of, scaled_masses, stable_step
+from dem.model.stable_step import SAFETY, block_stiffness, points_of, scaled_masses, stable_step
 from dem.model.state import DYNAMIC, State
 from dem.model.strain_shapes import add_modal_mass, coupled_of, fastest_of, with_joints
 from limitmason.arrays import Array, Flags, Index
@@ -17,13 +17,16 @@ from limitmason.model import Assembly
 
 Number = TypeVar("Number", bound=np.generic)
 
+SLACK = 1e-3
+"""Part by which a step or a mass may miss what the joints ask for: rounding is no reason to change it [-]."""
+
 
 class Fresh(NamedTuple):
     """Joints before they are written to the arrays of the kernel."""
 
     joints: Joints
     points: Points
-    heirs: Heirs
+    heirs: Heirs  # what of them the kernel does not step with
     origin: Index  # as ``State.interface``, (k,)
 
 
@@ -49,16 +52,17 @@ def cut(
 
     Parameters
     ----------
+    assembly, state : blocks, and the state they are in
     met : how all pairs meet
     rows : pairs that get a joint, numbers in ``met``, shape (r,)
     blocks : a and b of each, shape (r,)
-    like : joint whose law a pair without an interface takes: its own, or that on a face that goes on in this one; -1
-        for the interface on the nearest face of either block that looks the same way
+    like : joint whose law a pair without an interface takes, shape (r,): its own, or that on a face that goes on in
+        this one; -1 for the interface on the nearest face of either block that looks the same way
 
     Returns
     -------
-    made, kept
-        The joints, and numbers in ``rows`` of the pairs that have one: an area that is next to nothing makes none.
+    made : the joints, k of them
+    kept : numbers in ``rows`` of their pairs, shape (k,): an area that is next to nothing makes no joint
     """
     r, poses = len(rows), poses_of(assembly, state)
     shapes: dict[str, tuple[int, ...]] = {name: (ROOM,) for name in ("s", "t", "area", "gap")}
@@ -100,16 +104,19 @@ def _laws(
 
     Parameters
     ----------
+    assembly, state, poses : blocks, the state they are in, and where they are
+    blocks : numbers of the first and the second block of every pair, shape (k,) each
     like : joint whose law a pair without an interface takes, -1 for the interface on the nearest face of either block
-    normal : from a to b now
-    arm : joint's origin from the centroid of a, axes of a [m]
-    blocks : numbers of the first and the second block of every pair, (k,) each
+        that looks along the normal, shape (k,)
+    normal : from a to b now, unit vectors, shape (k, 3)
+    arm : joint's origin from the centroid of a, axes of a [m], shape (k, 3)
 
     Returns
     -------
     law : rows of the kernel, shape (k, columns)
     origin : -2 less the interface whose law it is, -1 for an unbonded one, shape (k,)
     """
+    # interface of every pair of blocks, found by a code of the two
     x, (one, two), size = assembly.arrays, blocks, (assembly.n_blocks, 1)
     code = np.sort(np.column_stack([x.block_a, x.block_b]), axis=1) @ size
     order = np.argsort(code, kind="stable")
@@ -123,6 +130,7 @@ def _laws(
         place = poses.place[a] + poses.rot[a] @ arm[k]
         law[k] = state.laws[kernels.facing_interface(x.block_a, x.block_b, x.normal, x.centre, poses, a, b, normal[k],
                                                      place)]
+    # blocks that had no interface were never bonded
     for column in (LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension):
         law[~has, column] = 0.0
     return law, np.where(has, -2 - own, -1)
@@ -131,20 +139,24 @@ def _laws(
 def assemble(
     assembly: Assembly, state: State, stays: Flags, made: Fresh | None, changed: Flags
 ) -> list[str]:
-    """Write the kept and the new joints to the state.
-
-    Keep the step stable.
+    """Write the kept and the new joints to the state, and keep the step stable.
 
     Parameters
     ----------
-    changed : blocks beside new joints whose stiffness is other than when it was looked at last, shape (n,)
+    assembly, state : blocks, and the state, which is changed
     stays : joints of the state that are kept, shape (k,)
+    made : new joints, None for none
+    changed : blocks, beside those of new joints, whose stiffness is other than when it was looked at last, shape (n,)
+
+    Returns
+    -------
+    notes for the user
     """
     j, those = state.joints, np.flatnonzero(stays)
     kept = points_of(j, those)
 
     def stack(old: NDArray[Number], of: Index, new: NDArray[Number] | None) -> NDArray[Number]:
-        """The kept rows ``of`` the old array, and the new ones after them."""
+        """Rows ``of`` an old array that are kept, and the new ones after them."""
         out = np.empty((len(of) + (0 if new is None else len(new)), *old.shape[1:]), dtype=old.dtype)
         np.take(old, of, axis=0, out=out[: len(of)], mode="clip")
         if new is not None:
@@ -175,7 +187,19 @@ def assemble(
 
 
 def _keep_stable(assembly: Assembly, state: State, blocks: Flags) -> list[str]:
-    """Shorten the step (real masses) or add mass (scaled masses) where new contacts made one of some blocks stiffer."""
+    """Shorten the step (real masses) or add mass (scaled masses) where new contacts made one of some blocks stiffer.
+
+    Energy of motion that goes with added mass is counted as artificial damping.
+
+    Parameters
+    ----------
+    assembly, state : blocks, and the state, whose step or masses are changed
+    blocks : those that may have become stiffer, shape (n,)
+
+    Returns
+    -------
+    notes for the user
+    """
     bodies = state.bodies
     stiffness = block_stiffness(
         state.points, state.joints, assembly.n_blocks, bodies.rot + np.eye(3), state.ties, blocks
@@ -190,14 +214,15 @@ def _keep_stable(assembly: Assembly, state: State, blocks: Flags) -> list[str]:
     if state.mode == DYNAMIC:
         top = 0.0 if coupled is None or state.modes is None else fastest_of(bodies.mass, inertia, state.modes, coupled)
         # below the stability limit of the blocks taken one by one, as their joints couple them
-        limit = 0.65 * stable_step(stiffness, bodies.mass, inertia, blocks & ~assembly.fixed, state.joints, 1.0, top)
-        if limit < 0.999 * state.dt:
+        limit = SAFETY * stable_step(stiffness, bodies.mass, inertia, blocks & ~assembly.fixed, state.joints, 1.0, top)
+        if limit < (1.0 - SLACK) * state.dt:
             state.dt = limit
             return ["new contacts made the joints stiffer: the time step was shortened"]
         return []
-    mass, need = scaled_masses(stiffness, state.dt, 0.65)
+    # mass [kg] and inertia tensor [kg m2] that the step asks for; mass 1 stands for a block without joints
+    mass, need = scaled_masses(stiffness, state.dt, SAFETY)
     before = state.energy_of_motion()
-    for i in np.flatnonzero(blocks & (mass > 1.001 * bodies.mass)).tolist():
+    for i in np.flatnonzero(blocks & (mass > (1.0 + SLACK) * bodies.mass)).tolist():
         # mass that joins at rest: momentum stays, speed and energy of motion fall
         factor = float(mass[i] / bodies.mass[i])
         bodies.mass[i] = mass[i]
@@ -207,13 +232,14 @@ def _keep_stable(assembly: Assembly, state: State, blocks: Flags) -> list[str]:
         bodies.inv_inertia[i] = bodies.inv_inertia[i] / factor
     rows = np.flatnonzero(blocks & (mass != 1.0))
     fastest = np.linalg.eigvals(bodies.inv_inertia[rows] @ need[rows]).real.max(axis=1, initial=0.0)
-    # inertia that the joints' rotational stiffness asks for
-    for i, top in zip(rows[fastest > 1.001].tolist(), fastest[fastest > 1.001].tolist(), strict=True):
+    # inertia that the joints' rotational stiffness asks for: by the largest ratio to what there is, about any axis
+    slow = fastest > 1.0 + SLACK
+    for i, top in zip(rows[slow].tolist(), fastest[slow].tolist(), strict=True):
         bodies.inv_inertia[i] /= top
         bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / top)
     if coupled is not None and state.modes is not None:
         factors = add_modal_mass(
-            bodies.mass, bodies.inv_mass, bodies.inv_inertia, state.modes, coupled, state.dt, 0.65
+            bodies.mass, bodies.inv_mass, bodies.inv_inertia, state.modes, coupled, state.dt, SAFETY
         )[:, None]
         bodies.vel[:] = np.where(bodies.held[:, :3], bodies.vel, bodies.vel / factors)
         bodies.spin[:] = np.where(bodies.held[:, 3:], bodies.spin, bodies.spin / factors)

@@ -19,7 +19,13 @@ from limitmason.arrays import Array, Flags
 from limitmason.model import Assembly
 
 FLAT = np.cos(np.deg2rad(5.0))
-"""Cosine of the angle up to which two faces lie on each other; their contact is an area, not a corner or a crossing."""
+"""Cosine of the angle up to which two faces lie on each other, and their contact is an area; chosen."""
+
+NOTHING = 1e-8
+"""Area up to which two faces do not touch, over that of a face of the smallest block as a cube; chosen [-]."""
+
+WITH = 0.5
+"""Slip from which a joint has slipped together with another on its face, over that one's slip; chosen [-]."""
 
 
 class Bearings(NamedTuple):
@@ -36,7 +42,7 @@ class Bearings(NamedTuple):
 
         Parameters
         ----------
-        now : contact forces of the state
+        state, now : joints and points, and what these measure
         rot : rotation matrices of the blocks, shape (n, 3, 3)
         flat : joints between faces that have not turned, shape (k,)
         """
@@ -63,16 +69,23 @@ class Bearings(NamedTuple):
 
 
 def moved_together(joints: Joints, bearings: Bearings, worn: Flags, slip: Array, near: float) -> list[tuple[int, int]]:
-    """Joints on one face of a block that have slipped with an outworn one on that face: pairs (outworn, other).
+    """Joints on one face of a block that have slipped with an outworn one on that face.
 
     Cut anew together, what the one loses of the face at the edge is what the other gains.
 
     Parameters
     ----------
-    worn, slip : of every joint, slip [m], shape (k,)
+    joints, bearings : all joints, and those that carry
+    worn : joints that are to be cut anew, shape (k,)
+    slip : largest slip of every joint [m], shape (k,)
     near : distance of two planes up to which they are one [m]
+
+    Returns
+    -------
+    pairs of numbers of joints: an outworn one, and another on its face
     """
     out: list[tuple[int, int]] = []
+    # bearings of every block: entry 2 k + side of the raveled ends is block a (side 0) or b (1) of bearing k
     ends = np.stack([joints.block_a, joints.block_b], axis=1)[bearings.row]
     order = np.argsort(ends.ravel(), kind="stable")
     sorted_ends = ends.ravel()[order]
@@ -85,7 +98,7 @@ def moved_together(joints: Joints, bearings: Bearings, worn: Flags, slip: Array,
             mine = (1.0 if side else -1.0) * bearings.normal[k]
             beside = (towards @ mine > FLAT) & (at != k)
             beside &= np.abs((bearings.place[at] - bearings.place[k]) @ mine) < near
-            beside &= slip[bearings.row[at]] >= 0.5 * slip[bearings.row[k]]
+            beside &= slip[bearings.row[at]] >= WITH * slip[bearings.row[k]]
             out += [(int(bearings.row[k]), int(r)) for r in bearings.row[at[beside]]]
     return out
 
@@ -119,22 +132,29 @@ class PiecesMeet:
         self._look(np.arange(m), np.full(m, -1))
 
     def meet_on(self, rows: Index, piece: Index, face: Index) -> None:
-        """Take faces of pieces as the bases of rows, whatever the least overlap."""
+        """Take faces of pieces as the bases of some pairs, whatever the least overlap.
+
+        Parameters
+        ----------
+        rows : the pairs, shape (r,)
+        piece, face : numbers of the piece, one of the pair, and of its face, shape (r,)
+        """
         asked = np.full(len(self.pairs), -1)
         asked[rows], self.now.base_first[rows] = face, piece == self.pairs[rows, 0]
         self._look(rows, asked)
 
     def _look(self, rows: Index, face: Index) -> None:
+        """See how ``rows`` meet; ``face`` of all pairs is the face of the base asked for, or -1, shape (m,)."""
         kernels.contact_shapes(self.arrays, self.pairs, rows, self.margin, FLAT, self.now, face)
 
 
 def least_area(assembly: Assembly) -> float:
     """Area up to which two faces do not touch [m2]."""
-    return 1e-8 * float(assembly.volumes.min()) ** (2.0 / 3.0)
+    return NOTHING * float(assembly.volumes.min()) ** (2.0 / 3.0)
 
 
 def area_of(shape: kernels.Meetings) -> Array:
-    """Area of the polygons in which faces meet, as flat as they come [m2], shape (m,)."""
+    """Area [m2] of the polygons in which faces meet, seen along the normal of the base, shape (m,); else 0."""
     out = np.zeros(len(shape.kind))
     for n in np.unique(shape.corners[shape.corners > 2]):
         rows = np.flatnonzero(shape.corners == n)
@@ -151,8 +171,9 @@ def on_next_faces(met: PiecesMeet, joints: Joints, bearings: Bearings, n_blocks:
     Parameters
     ----------
     met : the pairs, changed where they now meet on such a face
-    joints : those there are
+    joints : all joints
     bearings : which of them carry
+    n_blocks : how many blocks there are
 
     Returns
     -------

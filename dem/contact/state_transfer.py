@@ -3,6 +3,7 @@
 import numpy as np
 
 from dem import kernels
+from dem.contact.joint_renewal import among
 from dem.contact.new_joints import Fresh
 from dem.kernels import CROSSING, FACES, LAW, Testators
 from dem.model.stable_step import owners, points_of
@@ -11,17 +12,52 @@ from dem.model.strain_shapes import relative_deformation
 from limitmason.arrays import Index
 
 
+class Families:
+    """Pairs of blocks, by pair code, whose joints on one face are cut anew together and share their energy.
+
+    A family is named by the code of one of its pairs. Whatever was joined to nothing is a family of its own.
+    """
+
+    def __init__(self) -> None:
+        self._first: dict[int, int] = {}  # from a pair to the one it was joined to
+
+    def of(self, pair: int) -> int:
+        """Family of a pair."""
+        while pair in self._first:
+            pair = self._first[pair]
+        return pair
+
+    def of_all(self, pairs: Index) -> Index:
+        """Family of every pair, shape (n,)."""
+        out = pairs.copy()
+        for k in np.flatnonzero(among(pairs, np.array(sorted(self._first), dtype=np.int64))).tolist():
+            out[k] = self.of(int(pairs[k]))
+        return out
+
+    def join(self, one: int, other: int) -> None:
+        """Make two families one."""
+        one, other = self.of(one), self.of(other)
+        if one != other:
+            self._first[one] = other
+
+
 def inherit(
     state: State, now: PointForces, pair: Index, family: Index, made: Fresh, pairs: Index, families: Index
 ) -> None:
-    """Elastic shear displacement, dilation and damage of the nearest old point of the pair, or of its family.
+    """Write elastic shear displacement, dilation and damage of the nearest old point to every new one.
+
+    Between faces it is the nearest of the family, else of the pair.
 
     Parameters
     ----------
-    pair, family : numbers of the pair of blocks and of the family of every old joint, -1 of those that stay
-    pairs, families : those of the new ones
+    state, now : state with the old joints, and what their points measure
+    pair, family : codes of the pair of blocks and of the family of every old joint, -1 of those that stay, shape (k,)
+    made : new joints, changed
+    pairs, families : those codes of the new ones, shape (n,)
     """
     faces = made.heirs.contact == FACES
+    # ``order``: old joints sorted by pair, then once more by family; those of each new joint are a run in one of both,
+    # from ``low`` on in all that is sorted
     order: list[Index] = []
     low, count = np.zeros((2, len(pairs)), dtype=np.int64)
     for numbers, asked, of in ((pair, pairs, ~faces), (family, families, faces)):
@@ -40,7 +76,10 @@ def inherit(
 
 
 def _deform(state: State, made: Fresh) -> None:
-    """Let joints be between the faces as they are deformed now: shear forces stay, openings are those of the faces."""
+    """Let new joints be between the faces as they are deformed now: shear forces stay, openings are those of the faces.
+
+    ``state`` has the shapes of the blocks, and ``made`` are the joints, changed.
+    """
     if state.modes is None or state.deformation is None:
         return
     change = relative_deformation(state.deformation, state.modes, made.joints, made.points)
@@ -67,14 +106,17 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
 
     Parameters
     ----------
-    family : numbers of the families of old joints, -1 for those that stay
-    families : numbers of the families of the new ones
+    state, now : state with the old joints, and what their points measure
+    family : codes of the families of old joints, -1 for those that stay, shape (k,)
+    made : new joints, changed
+    families : codes of their families, shape (n,)
     """
     # families are counted from 0, and ``old`` are the points of the joints that they replace
     known, number = np.unique(families, return_inverse=True)
     points, old = state.points, points_of(state.joints, np.flatnonzero(np.isin(family, known)))
     law, area = state.joints.law[now.owner[old]], points.area[old]
     kn, ks, closing = law[:, LAW.kn], law[:, LAW.ks], np.maximum(-now.opening[old], 0.0)
+    # normal force, and the square of the shear force that is left of the whole
     push = kn * area * np.minimum(closing, law[:, LAW.crushing])
     shear = np.maximum((now.force[old] ** 2).sum(axis=1) - push**2, 0.0)
     of = np.searchsorted(known, family[now.owner[old]])
@@ -89,6 +131,11 @@ def close_setbacks(state: State, now: PointForces) -> None:
     """Move points that opened back to where :func:`keep_energy` had set them back from.
 
     Only points without force are moved, as far as they are open, so that no energy changes.
+
+    Parameters
+    ----------
+    state : gaps and setbacks are changed
+    now : what its points measure; openings are changed
     """
     if not state.setback.any():
         return

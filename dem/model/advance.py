@@ -24,10 +24,12 @@ def run(
 
     Parameters
     ----------
-    cases : loads per case and block, as ``Acting`` takes them, shape (c, n, 15 or 6)
-    factors : per step, shape (steps, c)
-    drives : twists of driven blocks, shape (d, n, 6)
-    speeds : their factors per step, shape (steps, d)
+    state : changed
+    cases : loads per case and block, as ``Acting`` takes them [N, N m], shape (c, n, 15 or 6)
+    factors : of the cases in every step, shape (steps, c)
+    damping : artificial damping of the steps
+    drives : twists of driven blocks, shape (d, n, 6); None without drives
+    speeds : their factors in every step, shape (steps, d)
 
     Raises
     ------
@@ -35,7 +37,7 @@ def run(
         When a displacement or velocity is no longer finite; the message names the block.
     """
     steps = len(factors)
-    # without combined damping the kernel is compiled without it, to the bits of before
+    # without combined damping the kernel is compiled without it; with it, it acts while motion is steady
     drifts = bool(state.total[kernels.E_KINETIC] < CALM * state.forces().elastic_energy) if damping.combined else None
     if drives is None or speeds is None:
         drives, speeds = np.zeros((0, cases.shape[1], 6)), np.zeros((steps, 0))
@@ -58,12 +60,15 @@ def run(
 
 
 def run_constant(state: State, wrench: Array, steps: int, damping: Damping) -> None:
-    """Advance under constant loads of every block, shape (n, 15 or 6)."""
+    """Advance by a number of steps under constant loads ``wrench`` of every block [N, N m], shape (n, 15 or 6)."""
     run(state, wrench[None], np.ones((steps, 1)), damping)
 
 
 def without_arms(cases: Array) -> Array:
-    """Loads of cases without their arms where there are none: half the numbers for every block and step."""
+    """Loads of cases without their nine arms where all are zero: fewer numbers for every block and step.
+
+    ``cases`` has shape (..., 15), and what is returned (..., 15 or 6).
+    """
     return cases if cases[..., 6:].any() else cases[..., :6]
 
 
@@ -75,12 +80,14 @@ def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
 
     Parameters
     ----------
+    state, assembly : state at rest, whose velocities are changed, and its blocks
     wrench : force and moment about the centroid of every block [N, N m], and the nine arms of its load [N m] where
         loads have them, shape (n, 6 or 15)
     """
     b, now = state.bodies, state.measured(assembly)
     wrench, arms, place = wrench[:, :6].copy(), wrench[:, 6:].reshape(-1, 3, 3), assembly.centroids + b.shift
     if len(arms):
+        # moment of the loads as their points have turned with the block
         wrench[:, 3:] += axial(b.rot @ arms)
     for block, sign in ((state.joints.block_a[now.owner], -1.0), (state.joints.block_b[now.owner], 1.0)):
         turning = np.cross(now.position - place[block], now.force)

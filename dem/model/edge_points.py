@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.kernels import OF_A, OF_B
+from dem.kernels import FACES, OF_A, OF_B
 from dem.model.pieces import Pieces
 from dem.model.state import PointForces, State
 from limitmason.arrays import Array, Flags, Index
 from limitmason.model import Assembly
-
-FACES = 1  # kind of a contact whose faces lie on each other
 
 NOTICED = 1e-4
 """Slip from which the points of a joint follow its edges, over the square root of its area [-]."""
@@ -35,7 +33,8 @@ def follow_edges(assembly: Assembly, state: State) -> None:
     if not slid.any():
         return
     mine = np.repeat(slid, np.diff(joints.start))
-    # columns as :func:`dem.kernels.outlines.find_ends` writes them
+    # columns as :func:`dem.kernels.outlines.find_ends` writes them: s, t and the gap's slopes as the joint was made,
+    # then for each axis the part of the way from the lower to the upper end and whose edge either end is
     row, slip = state.ends[mine], now.slip[mine]
     s, t = (
         row[:, c] - slip[:, c] + _moved(row[:, 4 + 3 * c], row[:, 5 + 3 * c], row[:, 6 + 3 * c], slip[:, c])
@@ -47,7 +46,10 @@ def follow_edges(assembly: Assembly, state: State) -> None:
 
 
 def find_ends(assembly: Assembly, state: State, now: PointForces) -> NDArray[np.bool_]:
-    """Joints between faces that have slid, shape (k,), once it is known whose edges end them (``state.ends``)."""
+    """Joints between faces that have slid, shape (k,); whose edges end them is written to ``state.ends``.
+
+    ``now`` is what the points of the state measure.
+    """
     slid, first = joints_that_slid(state, now), state.joints.start[:-1]
     _look_for_ends(assembly, state, np.flatnonzero(slid & np.isnan(state.ends[first, 0])))
     return slid
@@ -64,7 +66,7 @@ def note_slid(state: State, now: PointForces) -> None:
 
 
 def joints_that_slid(state: State, now: PointForces) -> Flags:
-    """Joints between faces that have slid now by more than rounding, shape (k,)."""
+    """Joints between faces that have slid by more than :data:`NOTICED` on the mean of their points, shape (k,)."""
     joints, area = state.joints, state.points.area
     first = joints.start[:-1]
     if not len(first):
@@ -75,23 +77,34 @@ def joints_that_slid(state: State, now: PointForces) -> Flags:
 
 
 def _look_for_ends(assembly: Assembly, state: State, rows: Index) -> None:
-    """Write down whose edges end some joints."""
+    """Write whose edges end the joints ``rows`` to ``state.ends``."""
     if len(rows):
         rows = np.ascontiguousarray(rows, dtype=np.int64)
         kernels.find_ends(state.points, state.joints, state.setback, Pieces.of(assembly).solids, rows, state.ends)
 
 
 def _moved(part: Array, lower: Array, upper: Array, slip: Array) -> Array:
-    """Motion over a's face of points at a part of the way from a lower to an upper end, of slip [m]."""
+    """Motion over a's face [m] of points between two ends while b slips along the axis; all of shape (m,).
+
+    Parameters
+    ----------
+    part : where a point lies on the way from the lower to the upper end, 0 to 1 [-]
+    lower, upper : whose edge either end is, ``OF_A``, ``OF_B`` or ``OF_BOTH``
+    slip : of b against a along the axis [m]
+    """
+    # an edge of a stays, one of b goes along, and one of both does what makes the contact smaller
     low = np.where(lower == OF_A, 0.0, np.where(lower == OF_B, slip, np.maximum(slip, 0.0)))
     high = np.where(upper == OF_A, 0.0, np.where(upper == OF_B, slip, np.minimum(slip, 0.0)))
     return np.asarray((1.0 - part) * low + part * high)
 
 
 def pivots_on_a(assembly: Assembly, state: State, now: PointForces, rows: Index) -> Flags:
-    """Whether all that bears in joints ``rows`` (r,) is an edge of a, so that the face they bear on is b's, shape (r,).
+    """Whether all that bears in some joints is an edge of a, so that the face they bear on is b's, shape (r,).
 
-    They are joints that slid and turned.
+    Parameters
+    ----------
+    assembly, state, now : blocks, the state, and what its points measure
+    rows : joints that slid and turned, shape (r,)
     """
     where = np.empty(len(rows), dtype=np.int64)
     # whose edges end a contact is found only where the first round asks for it; the second then knows

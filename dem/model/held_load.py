@@ -15,10 +15,31 @@ from limitmason.model import Assembly
 from limitmason.model.stages import Damping
 
 EVERY, CHECKS = 100, 4
-"""Steps, about, between two checks of a load that is held, and how many in a row must find it in balance."""
+"""Steps, about, between two checks of a load that is held, and how many in a row must find it in balance; chosen."""
+
+UNEVEN = (0, 7, 3, 11)
+"""Steps that are added in turn: checks at equal intervals could fall into step with an oscillation."""
+
+INSTEAD = 0.6
+"""Factor of the local damping that takes over where stops at peaks of the kinetic energy do not settle a load [-]."""
+
+EARLY = 0.2
+"""Part of the displacement that counts as collapse from which a motion that speeds up may be called one; chosen."""
+
+PATIENCE = 1.5
+"""Steps over those that earlier loads took to settle, from which on it may; chosen."""
+
+CREEP = 0.02
+"""Part of the displacement that counts as collapse that a block at rest may still travel in as long again; chosen."""
+
+FADED = 0.1
+"""Fall of the logarithm of the unbalanced force over a third of the time from which forces still fade; chosen."""
+
+FEWEST = 3
+"""Checks in a third, or a sixth, of a path from which its trend is told; chosen."""
 
 STOPS = 8000
-"""Steps after which stops at peaks of the kinetic energy give way to local damping of 0.6, unless forces still fade.
+"""Steps after which stops at peaks of the kinetic energy give way to local damping, unless forces still fade.
 
 Stops settle two to three times as fast where joints stick. Where many slip, every fast elastic peak stops the slow
 slip, and they take three times as long.
@@ -41,9 +62,15 @@ EQUILIBRIUM, MOVING, UNDECIDED = Outcome
 
 @dataclass(frozen=True)
 class LoadVerdict:
-    """Outcome of holding a load, steps used, last unbalance, displacement.
+    """How holding a load ended.
 
-    ``block`` is the number of the block with the largest unbalance at the end.
+    Parameters
+    ----------
+    outcome : equilibrium, moving or undecided
+    steps : how many were used
+    unbalance : largest unbalanced force and moment of a block at the end, over its own load (and thickness) [-]
+    moved : largest displacement of a block since the load came on [m]
+    block : number of the block with the largest unbalance at the end
     """
 
     outcome: Outcome
@@ -54,7 +81,13 @@ class LoadVerdict:
 
 
 class LoadOnset(NamedTuple):
-    """How a load comes on evenly: from which, shape (n, 15), and in how many steps. At once it overshoots."""
+    """How a load comes on evenly: at once it overshoots.
+
+    Parameters
+    ----------
+    before : loads that it begins from, see ``Loads.rows``, shape (n, 15)
+    steps : in how many it comes on
+    """
 
     before: Array
     steps: int
@@ -79,22 +112,25 @@ def hold(
 
     Parameters
     ----------
+    assembly, state : blocks, and the state, which is changed
     wrench : loads of every block, see ``Loads.rows``, shape (n, 15)
+    scale : what unbalanced forces and displacements are small against
+    damping : artificial damping of the steps
     tolerance : of both unbalanced force and moment of every block, over its own load (and thickness) [-]. At this
         load a block must also stand still: what it travels while the forces are small, kept up for as long again as
-        the load has been held, must stay below a fiftieth of ``limit``
+        the load has been held, must stay below :data:`CREEP` times ``limit``
     limit : displacement that counts as collapse [m]
     max_steps : budget; where the unbalanced force then still fades, or the blocks speed up or will be at ``limit`` in
         time, it goes on by half as much again, up to :data:`EXTENSIONS` times; otherwise the verdict is "undecided",
         however the blocks move
     patience : steps that earlier loads took to settle; after these ``early`` is enough where the motion still speeds up
         and the unbalanced force grows. Sooner, a slow swing about a new equilibrium looks alike
-    early : [m], a fifth of ``limit`` by default
+    early : displacement [m], :data:`EARLY` times ``limit`` by default
     edges : let the points of joints that slide follow the edges of their faces. Held to the material of one block, a
         bearing that slides along with it bears more and more
     onset : how the load comes on; at once by default
     """
-    early = 0.2 * limit if early is None else early
+    early = EARLY * limit if early is None else early
     scale = scale.under(wrench)
     shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
     used = 0 if onset is None else onset.steps
@@ -103,14 +139,14 @@ def hold(
         begun = without_arms(np.stack([onset.before, wrench]))
         run(state, begun, np.column_stack([1.0 - part, part]), damping)
     wrench = without_arms(wrench)
+    # checks in a row that found balance; steps at the first of them, and the pose there; steps up to which it goes on
     quiet, since, until, extensions = 0, 0, max_steps + used, EXTENSIONS
     resting = (shift, quat)
     path: list[tuple[float, float]] = []
     while True:
-        # checks at unequal intervals cannot fall into step with an oscillation
-        steps = EVERY + (0, 7, 3, 11)[len(path) % 4]
+        steps = EVERY + UNEVEN[len(path) % len(UNEVEN)]
         if damping.kinetic and used >= STOPS and not _fades(path):
-            damping = replace(damping, local=max(damping.local, 0.6), kinetic=False)
+            damping = replace(damping, local=max(damping.local, INSTEAD), kinetic=False)
         run_constant(state, wrench, steps, damping)
         if edges:
             follow_edges(assembly, state)
@@ -119,7 +155,7 @@ def hold(
         last, worst = (float(force.max()), float(moment.max())), int(np.argmax(np.maximum(force, moment)))
         moved = displacement_since(state, shift, quat, scale)
         path.append((moved, max(last)))
-        if moved > limit or (used > 1.5 * patience and moved > early and _accelerates(path)):
+        if moved > limit or (used > PATIENCE * patience and moved > early and _accelerates(path)):
             return LoadVerdict(outcome=MOVING, steps=used, unbalance=last, moved=moved, block=worst)
         quiet = quiet + 1 if max(last) < tolerance else 0
         if quiet == 1:
@@ -127,7 +163,7 @@ def hold(
         if quiet >= CHECKS:
             # balanced forces also belong to a block that slides or turns on at a steady pace
             drift = displacement_since(state, *resting, scale) / (used - since)
-            if drift * used < 0.02 * limit:
+            if drift * used < CREEP * limit:
                 return LoadVerdict(outcome=EQUILIBRIUM, steps=used, unbalance=last, moved=moved, block=worst)
             if used >= 2 * since:
                 # what crept on at first may rest since: looked at anew, from a pose of now
@@ -147,7 +183,7 @@ def _accelerates(path: list[tuple[float, float]]) -> bool:
     an equilibrium that takes tens of thousands. ``path`` holds displacement and unbalanced force of each look.
     """
     part = len(path) // 6
-    if part < 3:
+    if part < FEWEST:
         return False
     moved = np.array([p[0] for p in path[-3 * part - 1 :]])
     force = np.log([max(p[1], 1e-300) for p in path[-3 * part :]]).reshape(3, part).mean(axis=1)
@@ -158,15 +194,13 @@ def _accelerates(path: list[tuple[float, float]]) -> bool:
 def _fades(path: list[tuple[float, float]]) -> bool:
     """True where the unbalanced force of the last third of the time is a tenth lower than that of the third before.
 
-    Parameters
-    ----------
-    path : displacement [m] and unbalanced force [-] at each check
+    It is the geometric mean. ``path`` holds displacement [m] and unbalanced force [-] of each check.
     """
     part = len(path) // 3
-    if part < 3:
+    if part < FEWEST:
         return False
     force = np.log([max(p[1], 1e-300) for p in path[-2 * part :]]).reshape(2, part).mean(axis=1)
-    return bool(force[1] < force[0] - 0.1)
+    return bool(force[1] < force[0] - FADED)
 
 
 def _arrives(path: list[tuple[float, float]], used: int, limit: float, left: int) -> bool:
@@ -174,7 +208,9 @@ def _arrives(path: list[tuple[float, float]], used: int, limit: float, left: int
 
     Parameters
     ----------
-    path, used, limit, left : displacement [m] and unbalanced force [-] at each check; steps so far; [m]; steps
+    path : displacement [m] and unbalanced force [-] at each check
+    used, left : steps so far, and steps that are left
+    limit : displacement that counts as collapse [m]
     """
-    part = len(path) // 3
-    return part >= 3 and path[-1][0] + (path[-1][0] - path[-1 - part][0]) * left * 3.0 / used > limit
+    part = len(path) // 3  # checks in ``used / 3`` steps
+    return part >= FEWEST and path[-1][0] + (path[-1][0] - path[-1 - part][0]) * left * 3.0 / used > limit

@@ -30,6 +30,18 @@ from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly, Loads
 
+UNDER_CRITICAL = 0.1
+"""Damping of the fastest motion of a block by the default dashpot, over critical [-]; chosen."""
+
+EQUAL = 1e-9
+"""Part by which two areas may differ by rounding and be equal."""
+
+NO_SLOPE = 1e-12
+"""Component of a unit vector below which it is rounding."""
+
+VISCOSITY = 0.01
+"""Adaptive viscosity at the start times the step: it adapts from there; chosen."""
+
 
 def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
     """Masses [kg] and inertia [kg m2] of the blocks, shapes (n,) and (n, 3, 3), or 1 of held ones that have none."""
@@ -44,25 +56,29 @@ def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
 
 
 def _own_axes(points: Points, joints: Joints, n: int) -> Array:
-    """Axes of the largest joint of every block, of equal ones the first, shape (n, 3, 3): no axes of space."""
+    """Axes of the largest joint of every block, of equal ones the first, shape (n, 3, 3).
+
+    Along them blocks are damped: along axes of space an answer would hang on how the structure stands there. ``points``
+    and ``joints`` are all of them, n is the number of blocks.
+    """
     axes, least = np.tile(np.eye(3), (n, 1, 1)), np.zeros(n)
     for j, area in enumerate(np.add.reduceat(points.area, joints.start[:-1])):
         for block in (joints.block_a[j], joints.block_b[j]):
-            if area > least[block] * (1.0 + 1e-9):
+            if area > least[block] * (1.0 + EQUAL):
                 axes[block], least[block] = joints.frame[j], area
-    axes[np.abs(axes) < 1e-12] = 0.0
+    axes[np.abs(axes) < NO_SLOPE] = 0.0
     return axes
 
 
 def _at_rest(mass: Array, inertia: Array, held: Flags, axes: Array) -> RigidBodies:
-    """Bodies in their reference position.
+    """Bodies at rest in their reference position.
 
     Parameters
     ----------
     mass : [kg], shape (n,)
-    inertia : [kg m2], shape (n, 3, 3)
-    held : degrees of freedom, shape (n, 6)
-    axes : along which they are damped, shape (n, 3, 3)
+    inertia : about the centroid [kg m2], shape (n, 3, 3)
+    held : degrees of freedom that are held, shape (n, 6)
+    axes : rows along which blocks are damped, shape (n, 3, 3)
     """
     n = len(mass)
     zero, quat = np.zeros((n, 3)), np.zeros((n, 4))
@@ -102,8 +118,8 @@ def initial_state(
     mode : "quasi-static" scales mass and inertia so that every block is as fast as the step allows; "dynamic" keeps
         the real ones
     dt : [s]; None chooses 1 (quasi-static, where time has no meaning) or the stable step (dynamic)
-    safety : fraction of the bound of the stable time step that is used; 0.65 by default: local damping up to 0.8 makes
-        a decelerating block 1.8 times as stiff, and 0.9 falls into a limit cycle
+    safety : fraction of the bound of the stable time step that is used; 0.65 by default, for the reason given at
+        :data:`dem.model.stable_step.SAFETY`
     plane : of a plane problem whose normal is a global axis, from :func:`limitmason.mechanics.plane.find_plane`: one
         row of contact points lies on it, and every block is held in the motions out of it; found where ``stress`` asks
         for it
@@ -165,8 +181,8 @@ def initial_state(
             deformation, modes = start.modes(assembly, points, joints, None, axes)
             top = fastest_of(mass, inertia, modes, coupled_of(deformation, points, joints, moves))
         if options.dashpot is None:
-            # z = dashpot w / 2 = 0.1 at the fastest motion, for which the undamped step is 2 / w
-            dash = 0.1 * stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
+            # z = dashpot w / 2 at the fastest motion, for which the undamped step is 2 / w
+            dash = UNDER_CRITICAL * stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
             joints.law[:, kernels.LAW.dash] = laws[:, kernels.LAW.dash] = dash
         largest = stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
         dt = safety * largest if dt is None else dt
@@ -174,7 +190,7 @@ def initial_state(
             raise InputError(f"dt = {dt:g} s is above the stable time step of {largest:g} s of these joints and masses")
     bodies = _at_rest(mass, inertia, held, axes)
     total = np.zeros(kernels.E_SIZE)
-    total[kernels.E_VISCOSITY] = 0.01 / dt
+    total[kernels.E_VISCOSITY] = VISCOSITY / dt
     return State(
         points=points, joints=joints, bodies=bodies, interface=interface, total=total, time=0.0, dt=float(dt),
         mode=mode, laws=laws, contact=np.ones(len(interface), dtype=np.int64), dead=loads.dead.copy(),

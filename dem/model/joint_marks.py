@@ -44,7 +44,7 @@ def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
 
     Parameters
     ----------
-    now : contact forces of the state in its present position
+    state, now : the state, and its contact forces in the present position
     count : number of interfaces of the assembly
     """
     p, law = state.points, state.joints.law[now.owner]
@@ -57,7 +57,7 @@ def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
     shear = np.sqrt(np.maximum(force**2 - crushing**2, 0.0))
     slip = np.hypot(p.slip_1, p.slip_2)
     interface = state.interface[now.owner]
-    kept = interface >= 0
+    kept = interface >= 0  # contacts found anew belong to no interface
     points = {
         "opening": now.opening, "slip": slip, "normal": normal, "shear": shear, "lift": p.lift, "damage": p.damage,
         "area": p.area,
@@ -68,7 +68,7 @@ def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
 def bond_yielded(assembly: Assembly, state: State) -> tuple[float, str]:
     """Largest plastic opening or slip of a joint with perfectly plastic bond [m], and the joint in words.
 
-    It is 0 and "" where there is no such joint.
+    It is 0 and "" where there is no such joint. Such a joint keeps cohesion and tension however far it moves.
     """
     now = state.measured(assembly)
     p, law = state.points, state.joints.law[now.owner]
@@ -117,6 +117,7 @@ def marks_of(
     failed = np.where(softens, damage > 0.0, plastic) | (depth > ROUNDING * size / kn)
 
     def largest(values: Array) -> Array:
+        """Largest of the values at the points of every interface, NaN without points, shape (count,)."""
         out = np.full(count, -np.inf)
         np.maximum.at(out, interface, values)
         return np.where(np.isfinite(out), out, np.nan)

@@ -71,7 +71,19 @@ class JointOptions:
 
 
 def per_interface(value: PerJoint, kinds: Sequence[str], label: str) -> Array:
-    """One number per interface from a scalar, a mapping by kind (missing kinds are an error) or a sequence."""
+    """One number per interface, shape (k,), from what a user may give.
+
+    Parameters
+    ----------
+    value : a scalar, a mapping by kind of joint, or one number per interface
+    kinds : kind of every interface
+    label : name of the option, for errors
+
+    Raises
+    ------
+    InputError
+        For a kind without an entry, and for a negative number or NaN.
+    """
     if isinstance(value, Mapping):
         missing = set(kinds) - set(value)
         if missing:
@@ -85,18 +97,21 @@ def per_interface(value: PerJoint, kinds: Sequence[str], label: str) -> Array:
 
 
 def law_at(rows: Array, damage: Array, slip: Array) -> PointLaw:
-    """The law of points [Pa] in their state.
+    """The law of points in their state: strengths [Pa] and tangents of angles between peak and residual values.
 
     Parameters
     ----------
-    rows : the kernel's of every point's joint, shape (m, LAW_SIZE)
-    damage, slip : of the points, slip without sign [-], [m], shape (m,)
+    rows : the kernel's rows of the law of every point's joint, shape (m, LAW_SIZE)
+    damage : of the points, 0 to 1 [-], shape (m,)
+    slip : size of their plastic slip [m], shape (m,)
     """
+    # fc from the closing fc / kn
     crushing = rows[:, LAW.crushing] * rows[:, LAW.kn]
     peak, rest = (
         PointLaw(crushing=crushing, **{name: rows[:, getattr(LAW, of + name)] for name in LOST}) for of in ("", "rest_")
     )
     law = peak.towards(rest, damage)
+    # added terms, whose first column says whether a joint has them, change the first four: angles, c and ft
     for name, own in kernels.COLUMNS.items():
         for k in np.flatnonzero(rows[:, own.start]):
             worn = kernels.ADDED[name].strength(*(column[k] for column in law[:4]), slip[k], damage[k],
@@ -108,6 +123,7 @@ def law_at(rows: Array, damage: Array, slip: Array) -> PointLaw:
 
 def losses(assembly: Assembly, laws: Array) -> tuple[str, ...]:
     """What the joints lose where they fail, in words, from the laws that run, shape (k, LAW_SIZE)."""
+    # opening over which strength is lost [m]; 0 where none is, and where it is lost at once
     rate = laws[:, LAW.by_opening]
     length = np.divide(1.0, rate, out=np.zeros(len(rate)), where=(rate > 0.0) & (rate < SUDDEN))
     return lost_in_failure(assembly, length)
@@ -175,7 +191,13 @@ def refuse_too_large(assembly: Assembly, grid: object) -> None:
 
 
 def make_points(assembly: Assembly, grid: Grid, contact_model: str, plane: Plane | None = None) -> ContactPoints:
-    """Contact points of the interfaces that touch a free block, in the order of the interfaces."""
+    """Contact points of the interfaces that touch a free block, in the order of the interfaces.
+
+    Parameters
+    ----------
+    grid, contact_model : see :func:`limitmason.mechanics.contact_points.contact_points`
+    plane : of a plane problem, on which one row of points lies; None in space
+    """
     refuse_too_large(assembly, grid)
     return contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, elastic=True)
 
@@ -188,13 +210,15 @@ def make_joints(
     Parameters
     ----------
     dead : wrench per block [N, N m], shape (n, 6), for the stiffness of joints that have none
+    contacts : contact points, sorted by interface
+    options : what the joint law needs beyond the assembly's joints
 
     Returns
     -------
-    points, joints
+    points, joints : without slip, opening and damage
     interface : interface number of every joint, shape (k,)
     laws : of all interfaces, shape (all, LAW_SIZE)
-    warnings
+    warnings : what a user should know about them
     """
     x = assembly.arrays
     interface, first = np.unique(contacts.interface, return_index=True)
@@ -228,6 +252,7 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
     Parameters
     ----------
     dead : wrench per block [N, N m], shape (n, 6), for the stiffness of joints that have none
+    options : what the joint law needs beyond the assembly's joints
     """
     kinds = [i.kind for i in assembly.interfaces]
     laws = [i.joint for i in assembly.interfaces]

@@ -14,17 +14,17 @@ from limitmason.model import Assembly
 
 
 class Pieces(NamedTuple):
-    """Convex pieces of all blocks: corners from the block's centroid in the reference position [m], faces, edges."""
+    """Convex pieces of all blocks in the reference position; arrays are padded to the largest piece and face."""
 
-    owner: NDArray[np.int64]
-    local: Array
-    n_corners: NDArray[np.int64]
-    faces: NDArray[np.int64]  # corners of every face, padded
-    size: NDArray[np.int64]
-    n_faces: NDArray[np.int64]
-    edges: NDArray[np.int64]  # both corners and both faces of every edge between faces that are not coplanar, padded
-    n_edges: NDArray[np.int64]
-    reach: Array  # largest distance of a corner from the centroid of every block [m]
+    owner: NDArray[np.int64]  # block of every piece, ascending, (p,)
+    local: Array  # corners from the block's centroid [m], (p, v, 3)
+    n_corners: NDArray[np.int64]  # (p,)
+    faces: NDArray[np.int64]  # corners of every face, (p, f, k)
+    size: NDArray[np.int64]  # how many corners a face has, (p, f)
+    n_faces: NDArray[np.int64]  # (p,)
+    edges: NDArray[np.int64]  # both corners and both faces of every edge between faces that are not coplanar, (p, e, 4)
+    n_edges: NDArray[np.int64]  # (p,)
+    reach: Array  # largest distance of a corner from the centroid of every block [m], (n,)
 
     @property
     def solids(self) -> SolidArrays:
@@ -55,7 +55,7 @@ class Pieces(NamedTuple):
         for (faces, rows, vertices), table in zip(groups, tables, strict=True):
             n = vertices.shape[1]
             local[rows, :n] = vertices - assembly.centroids[owner[rows]][:, None]
-            local[rows, n:] = local[rows, n - 1 : n]
+            local[rows, n:] = local[rows, n - 1 : n]  # the last corner once more, which widens no box
             for j, face in enumerate(faces):
                 faces_of[rows, j, : len(face)] = face
                 size[rows, j] = len(face)
@@ -70,9 +70,12 @@ class Pieces(NamedTuple):
 
 _KNOWN: WeakKeyDictionary[Assembly, Pieces] = WeakKeyDictionary()
 
+_COPLANAR = 1.0 - 1e-10
+"""Cosine between the normals of two faces from which on they are parts of one: 1.4e-5 rad, rounding in corners."""
+
 
 def _edges_of(faces: Sequence[tuple[int, ...]]) -> Index:
-    """Corners i, j and faces of every edge between two faces, shape (e, 4)."""
+    """Corners i, j and both faces of every edge between two faces, shape (e, 4), from the corners of every face."""
     beside: dict[tuple[int, int], list[int]] = {}
     for f, face in enumerate(faces):
         for i, j in zip(face, (*face[1:], face[0]), strict=True):
@@ -96,7 +99,7 @@ def _bent(vertices: Array, faces: Sequence[tuple[int, ...]], edges: Index) -> Fl
         x = vertices[:, list(face)] - vertices[:, :1]  # products of map coordinates would leave nothing of a face
         n = np.cross(x, np.roll(x, -1, axis=1)).sum(axis=1)
         normal[:, f] = n / np.linalg.norm(n, axis=1)[:, None]
-    return np.asarray(np.einsum("kei,kei->ke", normal[:, edges[:, 2]], normal[:, edges[:, 3]]) < 1.0 - 1e-10)
+    return np.asarray(np.einsum("kei,kei->ke", normal[:, edges[:, 2]], normal[:, edges[:, 3]]) < _COPLANAR)
 
 
 def reaches(assembly: Assembly) -> Array:

@@ -34,8 +34,15 @@ EVENLY = 1000
 """Fewest steps over which loads come on evenly: none of 60 small structures then rested more than 1 % elsewhere."""
 
 
+ROUNDING = 1e-7
+"""Part of the forces that press a block below which no balance of it can be told from rounding [-]."""
+
+LIGHT = 1e-6
+"""Own load over the largest of a block up to which it is asked how much presses a block; chosen [-]."""
+
+
 def restless(state: State, calm: float) -> bool:
-    """Whether the kinetic energy is above a part of the elastic one."""
+    """Whether the kinetic energy is above ``calm`` times the elastic one."""
     return bool(state.total[kernels.E_KINETIC] > calm * state.forces().elastic_energy)
 
 
@@ -45,10 +52,10 @@ class Scale:
 
     Parameters
     ----------
-    load : of every block, its own [N], shape (n,)
+    load : own load of every block [N], shape (n,)
     arm : lever arm its moments are small against, its least thickness [m], shape (n,)
-    size : cube root of the volume [m], shape (n,)
-    free : degrees of freedom, shape (n, 6)
+    size : cube root of its volume [m], shape (n,)
+    free : degrees of freedom that are not held, shape (n, 6)
     smallest : smallest dimension of a free block [m]
     """
 
@@ -79,25 +86,26 @@ class Scale:
         return float(self.load[self.free.any(axis=1)].mean())
 
     def under(self, wrench: Array) -> "Scale":
-        """This scale under another load: a block's own load is the larger of both [N]."""
+        """This scale under another load, shape (n, 15 or 6): a block's own load is the larger of both."""
         return replace(self, load=np.maximum(self.load, _own_load(wrench, self.free, self.arm)))
 
     def above_rounding(self, state: State) -> "Scale":
-        """This scale with at least 1e-7 of what others press a block by.
-
-        Below that no balance of a block can be told from rounding.
-        """
-        if not (self.load < 1e-6 * self.load.max()).any():
-            return self
+        """This scale with loads of at least :data:`ROUNDING` times what the joints of ``state`` press a block by."""
+        if not (self.load < LIGHT * self.load.max()).any():
+            return self  # no block so light that it matters
         now = state.forces()
         pressed = np.zeros(len(self.load))
         for block in (state.joints.block_a, state.joints.block_b):
             np.add.at(pressed, block[now.owner], np.linalg.norm(now.force, axis=1))
-        return replace(self, load=np.maximum(self.load, 1e-7 * pressed))
+        return replace(self, load=np.maximum(self.load, ROUNDING * pressed))
 
 
 def _own_load(wrench: Array, moves: Flags, arm: Array) -> Array:
-    """Applied force, or moment over the arm where that is more, on the free degrees of freedom of every block [N]."""
+    """Applied force, or moment over the arm where that is more, on the free degrees of freedom of every block [N].
+
+    ``wrench`` has forces [N] and moments [N m], shape (n, 6 or 15), ``moves`` the free degrees of freedom, shape
+    (n, 6), and ``arm`` the least thickness of every block [m], shape (n,).
+    """
     acting = wrench[:, :6] * moves
     return np.maximum(np.linalg.norm(acting[:, :3], axis=1), np.linalg.norm(acting[:, 3:], axis=1) / arm)
 
@@ -126,10 +134,9 @@ def unbalance(state: State, scale: Scale) -> tuple[float, float]:
 def unbalance_of_blocks(state: State, scale: Scale) -> tuple[Array, Array]:
     """Unbalanced force and moment of every block against its own load and thickness [-], shapes (n,), (n,).
 
-    The force on a mode of a block that deforms counts too, at the corner that the mode moves most.
-
-    Against the mean load of all blocks a stone of a fortieth of the largest one's size would be in equilibrium while it
-    falls.
+    The force on a mode of a block that deforms counts too, at the corner that the mode moves most. Each block has a
+    load of its own in ``scale``: against the mean load of all blocks a stone of a fortieth of the largest one's size
+    would be in equilibrium while it falls.
     """
     net = state.bodies.net * (scale.free & ~state.bodies.held)
     force = np.linalg.norm(net[:, :3], axis=1)
@@ -141,8 +148,13 @@ def unbalance_of_blocks(state: State, scale: Scale) -> tuple[Array, Array]:
 
 
 def displacement_since(state: State, shift: Array, quat: Array, scale: Scale) -> float:
-    """Largest displacement, or rotation times block size, since a stored position [m]."""
+    """Largest displacement, or rotation times block size, since a stored position [m].
+
+    ``shift`` and ``quat`` are displacements [m] and quaternions of all blocks there, shapes (n, 3) and (n, 4); sizes of
+    blocks are those of ``scale``.
+    """
     moved = np.linalg.norm(state.bodies.shift - shift, axis=1)
+    # a small turn by an angle moves a unit quaternion by half of it
     turned = np.linalg.norm(state.bodies.quat - quat, axis=1) * 2.0 * scale.size
     return float(max(moved.max(initial=0.0), turned.max(initial=0.0)))
 

@@ -21,6 +21,11 @@ def shared_advance(state: State, acting: Acting, scheme: Scheme, drifts: bool | 
     """Advance a state as :func:`dem.kernels.advance` does, by two threads where it is large.
 
     What comes out depends on the number of joints alone: one thread adds up the same two parts.
+
+    Parameters
+    ----------
+    state : changed
+    acting, scheme, drifts : as :func:`dem.kernels.advance` takes them
     """
     joints, n = len(state.joints.block_a), len(state.bodies.mass)
     parts = 2 if state.modes is None and joints >= LARGE else 1
@@ -53,8 +58,8 @@ def _by_two(go: Callable[[int, int, Array], None], total: Array, gate: Index) ->
 
     Parameters
     ----------
-    go : steps of the parts from one number to another, with accumulated scalars of their own
-    total : the accumulated scalars that count, those of the first part
+    go : steps of the parts from the first argument to before the second, with accumulated scalars of their own
+    total : the accumulated scalars that count, those of the first thread; each adds up the same
     gate : where the threads meet, see :func:`dem.kernels.team.meet`
     """
     failed: list[BaseException] = []

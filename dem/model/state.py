@@ -70,11 +70,11 @@ class State:
 
     Parameters
     ----------
-    points, joints, bodies : kernel arrays
+    points, joints, bodies : kernel arrays of contact points, joints and blocks, see :mod:`dem.kernels.arrays`
     interface : interface of the assembly each joint is; -2 - i for one cut anew from interface i, -1 for a new pair
-    total : accumulated energies, see ``dem.kernels``
+    total : accumulated energies, entries ``E_...`` of :mod:`dem.kernels.arrays`
     time : [s], in quasi-static runs the number of steps times the nominal step
-    dt : [s]
+    dt : step [s]
     mode : "quasi-static" or "dynamic"
     laws : kernel law of every interface of the assembly, for contacts found later, shape (k, LAW_SIZE)
     contact : how the blocks of every joint meet: 1 face on face, 2 edge or corner on a face, 3 two edges, shape (k,)
@@ -138,6 +138,7 @@ class State:
         """A state that shares nothing with this one."""
 
         def twin(x: Any) -> Any:
+            """An array or a named tuple of arrays once more; anything else does not change and is shared."""
             if isinstance(x, np.ndarray):
                 return x.copy()
             return type(x)(*(v.copy() for v in x)) if hasattr(x, "_fields") else x
@@ -178,11 +179,10 @@ class State:
     def from_arrays(cls, file: Mapping[str, Any], path: object) -> State:
         """Inverse of :meth:`arrays`.
 
-        ``path`` is named in errors.
-
         Parameters
         ----------
         file : arrays by name
+        path : where they came from, named in errors
 
         Raises
         ------
@@ -192,6 +192,7 @@ class State:
         file = Archive(path, file)
 
         def group(kind: Any, name: str) -> Any:
+            """Arrays of a named tuple of this kind, which stand under ``name.field``."""
             return kind(*(file[f"{name}.{key}"] for key in kind._fields))
 
         model = Fingerprint(dict(file.group("model")))
@@ -235,6 +236,7 @@ class State:
         b = self.bodies
         rot = b.rot + np.eye(3)
         spin = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)
+        # held freedoms are driven: their motion is no energy of the structure
         twice = b.mass[:, None] * b.vel**2 * ~b.held[:, :3] + b.ang * spin * ~b.held[:, 3:]
         energy = 0.5 * float(twice.sum())
         if self.modes is not None:
@@ -283,7 +285,7 @@ class State:
         return block_stresses(self.deformation, self.modes, self.bodies.rot + np.eye(3))
 
     def resultants(self, assembly: Assembly) -> Resultants:
-        """Resultants of interfaces from the contact forces, and of ties.
+        """Resultants of the interfaces of ``assembly`` from the contact forces, and of its ties.
 
         They act at their places before displacement.
         """
@@ -304,7 +306,17 @@ class State:
 
 @dataclass(frozen=True)
 class PointForces:
-    """Contact points now: joint of each, places [m], forces on block b [N], opening [m], slip [m], elastic energy."""
+    """Contact points now, and the elastic energy of joints and blocks that strain.
+
+    Parameters
+    ----------
+    owner : joint of every point, shape (m,)
+    position : of block b's material points, global axes [m], shape (m, 3)
+    force : on block b, global axes [N], shape (m, 3)
+    opening : less dilation, negative where pressed [m], shape (m,)
+    slip : total, b against a along t1, t2 [m], shape (m, 2)
+    elastic_energy : [J]
+    """
 
     owner: Index
     position: Array
@@ -319,7 +331,9 @@ def _check_widths(path: object, modes: BlockModes, joints: int, shapes: int) -> 
 
     Parameters
     ----------
-    joints, shapes : how many the kernels read
+    path : where they came from, for errors
+    modes : arrays of the blocks' shapes
+    joints, shapes : how many joints, and shapes of a block, the kernels read
     """
     for name, array in modes._asdict().items():
         wanted = (joints, shapes, 6) if name.startswith("side") else (len(modes.value), shapes)

@@ -1,7 +1,7 @@
 """Blocks that deform in modes: from their shapes to the arrays of the kernel, masses that keep the step, stresses.
 
-``dt`` is the step [s], ``safety`` the fraction of the stable step that it is [-]; ``mass`` [kg] and ``inertia`` [kg m2]
-have shapes (n,) and (n, 3, 3).
+Throughout, ``dt`` is the step [s] and ``safety`` the fraction of the stable step that it is [-]. ``mass`` [kg] and
+``inertia`` [kg m2] of the blocks have shapes (n,) and (n, 3, 3); ``modes``, ``points`` and ``joints`` are all of them.
 """
 
 from dataclasses import dataclass, fields, replace
@@ -26,7 +26,14 @@ from limitmason.model import Assembly, Loads
 LEVELS = (RIGID, SIMPLY_DEFORMABLE)
 """How the blocks of a run deform."""
 
-SAME_STIFFNESS = 1e-9  # of the largest: closer stiffnesses of two modes are one, and rounding would choose the modes
+SAME_STIFFNESS = 1e-9
+"""Difference of two modes' stiffnesses, over the largest, up to which they are one and rounding would choose modes."""
+
+ROUNDING = 1e-3
+"""Part by which a squared frequency may lie beyond what the step carries without more mass [-]."""
+
+WEIGHTS = (1.0, 2.0, 3.0)
+"""Weights of the axes of a block by which modes of one stiffness are told apart: any three that differ."""
 
 
 def plane_of(
@@ -36,8 +43,9 @@ def plane_of(
 
     Parameters
     ----------
+    assembly, loads : blocks, and the loads that must lie in the plane too
     blocks, stress : kind of blocks and state of stress by name
-    driven : degrees of freedom that a drive moves, shape (n, 6)
+    driven : twists that drives prescribe, shape (k, 6); None without drives
 
     Raises
     ------
@@ -62,9 +70,9 @@ def plane_of(
 def out_of_plane(plane: Plane) -> Flags:
     """Degrees of freedom that leave a plane whose normal is a global axis, shape (6,).
 
-    Other planes are refused.
+    They are the displacement along the normal and the turns about the two other axes. Other planes are refused.
     """
-    axis = np.abs(plane.normal) > 1.0 - 1e-9
+    axis = np.abs(plane.normal) > 1.0 - 1e-9  # but for rounding
     if not axis.any():
         raise InputError("the plane of the problem is turned against the axes: leave plane out, or turn the assembly")
     return np.concatenate([axis, ~axis])
@@ -136,17 +144,17 @@ class BlockStress(NamedTuple):
     gradient: Array
 
     def at(self, block: int, arm: Array) -> Array:
-        """Stress at points given from the block's centroid [m], shape (k, 3).
-
-        Returns [Pa], shape (k, 3, 3).
-        """
+        """Stress of a block at points ``arm`` from its centroid [m], shape (k, 3); it is in [Pa], shape (k, 3, 3)."""
         return np.asarray(self.mean[block] + np.einsum("ijp,kp->kij", self.gradient[block], np.atleast_2d(arm)))
 
 
 def block_stresses(deformation: StrainShapes, modes: BlockModes, rotation: Array) -> BlockStress:
-    """Stress of every block.
+    """Stress of every block, tension positive, along global axes.
 
-    ``rotation`` is that from the reference position, shape (n, 3, 3).
+    Parameters
+    ----------
+    deformation, modes : shapes of all blocks, and their coordinates now
+    rotation : matrix of every block from the reference position, shape (n, 3, 3)
     """
     mean = np.einsum("nk,nkij->nij", modes.value, deformation.mean)
     slope = np.einsum("nk,nkijp->nijp", modes.value, deformation.gradient)
@@ -174,6 +182,7 @@ def sides(deformation: StrainShapes, points: Points, joints: Joints) -> tuple[Ar
     whole = np.where(joints.law[:, LAW.cross] != 0.0, 0.0, 1.0)[:, None, None]  # at crossing edges blocks are rigid
     owner = owners(joints)
     place = np.column_stack([points.s, points.t])
+    # motions of a face that count: in a plane displacements in it and the turn about its normal
     kept = np.zeros((n, 6, 6))
     kept[:] = np.eye(6)
     if deformation.plane:
@@ -268,7 +277,7 @@ def _told_apart(value: Array, basis: Array, corners: Array) -> tuple[Array, Arra
     basis : eigenvectors as columns, shape (m, m)
     corners : displacement of the corners along the axes of the block per unit of a shape, shape (p, m, 3)
     """
-    weighed = corners * np.sqrt((1.0, 2.0, 3.0))  # any three numbers that differ: no axis stands for another
+    weighed = corners * np.sqrt(WEIGHTS)
     form = np.einsum("pkc,plc->kl", weighed, weighed)
     value, basis = value.copy(), basis.copy()
     last = np.flatnonzero(np.diff(value) > SAME_STIFFNESS * np.abs(value).max()) + 1
@@ -283,7 +292,12 @@ def _told_apart(value: Array, basis: Array, corners: Array) -> tuple[Array, Arra
 def coupled_of(shapes: StrainShapes, points: Points, joints: Joints, moves: Flags) -> Array:
     """Stiffness every block feels in its rigid motions and shapes when only it moves, joints closed, (n, 6 + m, 6 + m).
 
-    Frames are those of the time a joint was made; ``moves`` says which rigid motions a block has, shape (6,).
+    Frames are those of the time a joint was made.
+
+    Parameters
+    ----------
+    shapes : of all blocks
+    moves : which rigid motions a block has, shape (6,)
     """
     out = springs_of_blocks(points, joints, len(shapes.reach), frames(joints)[1], sides(shapes, points, joints))
     out[:, :6][:, ~moves] = 0.0
@@ -301,9 +315,9 @@ def scale_masses_of_modes(
 
     Parameters
     ----------
-    coupled : stiffness of :func:`coupled_of`
+    coupled : stiffness of :func:`coupled_of`, shape (n, 6 + m, 6 + m)
     """
-    allowed = 4.0 * safety**2 / dt**2
+    allowed = 4.0 * safety**2 / dt**2  # squared frequency that the step carries
     modes.mass[:] = 1.0 / allowed
     rows, squares = _squares_of(mass, inertia, modes, coupled)
     factor = np.maximum(squares / allowed, 1.0)
@@ -314,19 +328,25 @@ def scale_masses_of_modes(
 
 
 def fastest_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) -> float:
-    """Half of the largest w^2 of M^-1 (2 K_joints + K_modes) over all blocks that deform [1/s2]."""
+    """Half of the largest w^2 of M^-1 (2 K_joints + K_modes) over all blocks that deform [1/s2].
+
+    ``coupled`` is the stiffness of :func:`coupled_of`, shape (n, 6 + m, 6 + m).
+    """
     return 0.5 * float(_squares_of(mass, inertia, modes, coupled)[1].max(initial=0.0))
 
 
 def relative_deformation(deformation: StrainShapes, modes: BlockModes, joints: Joints, points: Points) -> Array:
-    """Displacement of b's face against a's by deformation at points of joints just made [m], their axes, (m, 3)."""
+    """Displacement of b's face against a's by deformation at points of joints just made [m], their axes, shape (p, 3).
+
+    ``joints`` and ``points`` are those that were made, and the joints' two sides have not turned against each other.
+    """
     side_a, side_b = sides(deformation, points, joints)
     change = (modes.value[joints.block_b][:, None] @ side_b - modes.value[joints.block_a][:, None] @ side_a)[:, 0]
     return np.asarray(motion_at(np.column_stack([points.s, points.t])) @ change[owners(joints)][:, :, None])[:, :, 0]
 
 
 def with_joints(deformation: StrainShapes, modes: BlockModes, points: Points, joints: Joints) -> BlockModes:
-    """These coordinates between other joints."""
+    """These coordinates of shapes between other ``joints`` and their ``points``."""
     side_a, side_b = sides(deformation, points, joints)
     return modes._replace(side_a=side_a, side_b=side_b)
 
@@ -336,18 +356,20 @@ def add_modal_mass(
 ) -> Array:
     """Add mass to blocks that joints found later made too stiff for the step.
 
-    Returns every block's factor, (n,).
-
     Parameters
     ----------
     mass, inv_mass, inv_inertia : of the blocks, changed, shapes (n,), (n,) and (n, 3, 3)
-    coupled : stiffness of :func:`coupled_of`
+    modes : masses of the modes, and their rates, changed too
+    coupled : stiffness of :func:`coupled_of`, shape (n, 6 + m, 6 + m)
+
+    Returns
+    -------
+    factor by which every block has become heavier, shape (n,)
     """
-    # squared frequency that the step carries; rounding beyond it is no reason to add mass
     allowed = 4.0 * safety**2 / dt**2
     rows, squares = _squares_of(mass, np.asarray(np.linalg.inv(inv_inertia), float), modes, coupled)
     factor = np.ones(len(mass))
-    factor[rows] = np.where(squares / allowed > 1.001, squares / allowed, 1.0)
+    factor[rows] = np.where(squares / allowed > 1.0 + ROUNDING, squares / allowed, 1.0)
     mass *= factor
     inv_mass[:] = 1.0 / mass
     inv_inertia /= factor[:, None, None]
@@ -359,13 +381,13 @@ def add_modal_mass(
 
 
 def _squares_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) -> tuple[Index, Array]:
-    """Blocks that deform, and the largest w^2 of M^-1 (2 K_joints + K_modes) of each [1/s2].
+    """Blocks that deform, shape (b,), and the largest w^2 of M^-1 (2 K_joints + K_modes) of each [1/s2], shape (b,).
 
-    It is a bound of the assembly's.
+    The largest of all is a bound of the assembly's.
 
     Parameters
     ----------
-    coupled : stiffness of :func:`coupled_of`
+    coupled : stiffness of :func:`coupled_of`, shape (n, 6 + m, 6 + m)
     """
     rows = np.flatnonzero(modes.inv_mass.any(axis=1))
     whole, k = 2.0 * coupled[rows], np.arange(6, coupled.shape[1])

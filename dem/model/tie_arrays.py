@@ -12,11 +12,11 @@ NO_TIES = Ties(*NO_SPRINGS, plastic=np.zeros(0))
 
 
 def make_ties(assembly: Assembly, factor: float = 1.0) -> tuple[Ties, tuple[str, ...]]:
-    """Kernel arrays of the ties in the reference position, without force, and what a user should know about them.
+    """Kernel arrays of the ties of an assembly in the reference position, without force, and notes for the user.
 
     Parameters
     ----------
-    factor : on all stiffnesses, as ``JointOptions.stiffness_factor``
+    factor : on all stiffnesses, as ``JointOptions.stiffness_factor`` [-]
     """
     made, said = tie_springs(assembly)
     # copies: to the compiler arrays of the model, which may not be written, are another type
@@ -35,10 +35,7 @@ def elongation(ties: Ties, bodies: RigidBodies) -> Array:
 
 
 def pulls(ties: Ties, bodies: RigidBodies) -> Array:
-    """Tension of every tie in the present position [N], shape (t,).
-
-    Nothing yields.
-    """
+    """Tension of every tie in the present position [N], shape (t,); none yields, and their state stays."""
     if not len(ties.block_a):
         return np.zeros(0)
     return tension(springs(ties), elongation(ties, bodies), ties.plastic)[0]

@@ -24,6 +24,7 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
     Parameters
     ----------
     state : a ``dem.State``
+    assembly : its blocks
     sliding : "sticks" or "drops", see :func:`limitmason.vibration.blocks.state_stiffness`
 
     Raises
@@ -52,6 +53,7 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
         position=place, interface=k, area=p.area, directions=directions, block_a=x.block_a[k], block_b=x.block_b[k],
     )
     law = state.laws[k]
+    # pressure, shear force and shear strength of every point [N]
     normal = np.einsum("mi,mi->m", now.force, _turned(state, directions[:, 0], points.block_a))
     shear = np.sqrt(np.maximum((now.force**2).sum(axis=1) - normal**2, 0.0))
     strength = law_at(law, p.damage, np.hypot(p.slip_1, p.slip_2)).over(p.area)
@@ -69,5 +71,5 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
 
 
 def _turned(state: Any, vectors: Array, block: Index) -> Array:
-    """Vectors carried along by their blocks' rotation."""
+    """Vectors, shape (m, 3), carried along by the rotation of the blocks ``block``, shape (m,), they belong to."""
     return vectors + np.einsum("mij,mj->mi", state.bodies.rot[block], vectors)

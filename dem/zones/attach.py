@@ -10,6 +10,18 @@ from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 
+ONE_PLACE = 1e-9
+"""Places that are equal once rounded to whole parts of this length are one [m]."""
+
+WHOLE = 1e-9
+"""Part by which a length may exceed a whole number of spacings, or a distance another one, by rounding [-]."""
+
+ACROSS = 1e-6
+"""Component along y of a joint's unit normal up to which it is rounding."""
+
+AWAY = 0.9
+"""Cosine between the outward normal of a side and the one looked for below which it is another side: 25 degrees."""
+
 
 def make_sides(mesh: ZoneMesh) -> Sides:
     """Sides as the kernel takes them, with distances along them."""
@@ -25,8 +37,9 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
 
     Parameters
     ----------
-    grid : as in the rigid DEM, at its places and with its areas; None puts points no
-        further apart than the zones' edges, with tributary areas by halves: what zones under a uniform stress ask for
+    mesh, sides : nodes of the blocks, and the chains of them along every side
+    grid : as in the rigid DEM, at its places and with its areas; None puts points no further apart than the zones'
+        edges, with tributary areas by halves: what zones under a uniform stress ask for
 
     Returns
     -------
@@ -49,7 +62,8 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
             direction = np.array([-x.normal[k, 2], x.normal[k, 0]])
             ends = (corners - corners.mean(axis=0)) @ direction
             length = float(np.ptp(ends))
-            n = max(int(np.ceil(length / (mesh.size or length) - 1e-9)), 1) + 1
+            # where all blocks are rigid there are no zones: two points
+            n = max(int(np.ceil(length / (mesh.size or length) - WHOLE)), 1) + 1
             first = corners.mean(axis=0) + ends.min() * direction
             position.append(first + np.linspace(0.0, length, n)[:, None] * direction)
             share = np.full(n, 1.0 / (n - 1))
@@ -59,7 +73,7 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
             rows = np.flatnonzero(found.interface == k)
             flat = found.position[rows][:, [0, 2]]
             # both points across the thickness lie at one place in the plane
-            _, at, number = np.unique(np.round(flat / 1e-9).astype(np.int64), axis=0, return_index=True,
+            _, at, number = np.unique(np.round(flat / ONE_PLACE).astype(np.int64), axis=0, return_index=True,
                                       return_inverse=True)
             position.append(flat[at])
             area.append(np.bincount(number.ravel(), found.area[rows]))
@@ -79,7 +93,7 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
         arc[k] = sides.arc[segment[k]] + (on_b - o) @ t
         # faces that touch within the tolerance meet where the model is made
         gap[k] = -((on_b - o) @ np.array([t[1], -t[0]]))
-    plastic = (np.zeros(m) for _ in range(5))
+    plastic = (np.zeros(m) for _ in range(5))  # slip, lift, damage, and opening and slip of the last step
     contacts = SideContacts(
         row.astype(np.int64), side, segment, arc, node, share, np.concatenate(area), gap, *plastic
     )
@@ -89,7 +103,7 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
 def _check_plane(assembly: Assembly, k: int) -> None:
     """Refuse interface number k where it faces y: zoned blocks are for walls in x-z."""
     i = assembly.interfaces[k]
-    if abs(i.normal[1]) > 1e-6:
+    if abs(i.normal[1]) > ACROSS:
         raise InputError(
             f"{assembly.joint_text(i.block_a, i.block_b)} faces y: zoned blocks are for walls in x-z of one leaf; in "
             "space take simply deformable blocks, which strain and bend"
@@ -99,10 +113,18 @@ def _check_plane(assembly: Assembly, k: int) -> None:
 def _nearest(mesh: ZoneMesh, sides: Sides, block: int, normal: Array, point: Array) -> tuple[int, int, float]:
     """Where a block's sides that look along a normal pass a point nearest.
 
+    Parameters
+    ----------
+    mesh, sides : nodes of the blocks, and the chains of them along every side
+    block : number of the block
+    normal : outward unit normal x, z, shape (2,)
+    point : x, z [m], shape (2,)
+
     Returns
     -------
-    tuple
-        Number of the side, of the first of two nodes in the row of all chains, and share of the way to the second [-].
+    side : its number
+    at : entry in the row of all chains of the first of the two nodes beside the point
+    share : of the way from there to the second node [-]
     """
     best, found = np.inf, (0, 0, 0.0)
     for side in np.flatnonzero(mesh.side_block == block):
@@ -110,13 +132,13 @@ def _nearest(mesh: ZoneMesh, sides: Sides, block: int, normal: Array, point: Arr
         chain = mesh.place[sides.node[first : last + 1]]
         run = chain[-1] - chain[0]
         out = np.array([run[1], -run[0]]) / np.linalg.norm(run)
-        if out @ normal < 0.9:  # turned away by more than 25 degrees: another side of the block
+        if out @ normal < AWAY:
             continue
         e = np.diff(chain, axis=0)
         share = ((point - chain[:-1]) * e).sum(axis=1) / (e * e).sum(axis=1)
         off = np.linalg.norm(chain[:-1] + np.clip(share, 0.0, 1.0)[:, None] * e - point, axis=1)
         # of two segments that meet at the point the first, so that nothing hangs on rounding
-        at = int(np.flatnonzero(off <= off.min() + 1e-9 * np.linalg.norm(run))[0])
-        if off[at] < best - 1e-9 * np.linalg.norm(run):
+        at = int(np.flatnonzero(off <= off.min() + WHOLE * np.linalg.norm(run))[0])
+        if off[at] < best - WHOLE * np.linalg.norm(run):
             best, found = float(off[at]), (int(side), int(first + at), float(np.clip(share[at], 0.0, 1.0)))
     return found

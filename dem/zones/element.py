@@ -28,7 +28,7 @@ class ZoneTables(NamedTuple):
     stiffness : K [N/m], shape (8, 8), freedoms x0, z0, x1, ...
     strain : Bt [1/m], rows xx, zz, 2 xz, shape (4, 3, 8)
     release : b from initial strains: b = sum_g release_g D eps_p, Kaa^-1 w G^T, shape (4, 4, 3)
-    modes : G [-], shape (4, 3, 4)
+    modes : G [1/m], shape (4, 3, 4)
     weight : volume of each stress point [m3], shape (4,)
     gradient : of the shape functions at the centre [1/m], shape (4, 2)
     """
@@ -42,12 +42,15 @@ class ZoneTables(NamedTuple):
 
 
 def shape_values(local: Array) -> Array:
-    """Bilinear shape functions at places in the reference zone, (..., 2) to (..., 4)."""
+    """Bilinear shape functions of the four nodes at places in the reference square, shape (..., 4).
+
+    ``local`` are the places, coordinates from -1 to 1, shape (..., 2).
+    """
     return np.asarray(np.prod(1.0 + local[..., None, :] * SQUARE, axis=-1) / 4)
 
 
 def shape_gradients(local: Array) -> Array:
-    """Their derivatives by the local coordinates at one place, shape (2, 4)."""
+    """Derivatives of the shape functions by the two coordinates at one place ``local``, shape (2,); shape (2, 4)."""
     factor = 1.0 + local * SQUARE
     return np.stack([SQUARE[:, 0] / 4 * factor[:, 1], SQUARE[:, 1] / 4 * factor[:, 0]])
 
@@ -70,15 +73,17 @@ def zone_tables(corners: Array, thickness: float, elastic: Array) -> ZoneTables:
 
     Parameters
     ----------
-    corners : counter-clockwise, shape (4, 2) [m]
+    corners : counter-clockwise [m], shape (4, 2)
     thickness : [m]
-    elastic : of :class:`limitmason.deformable.Elasticity`, shape (4, 3)
+    elastic : stress xx, zz, xz, yy by strain xx, zz, 2 xz, of :class:`limitmason.deformable.Elasticity` [Pa], shape
+        (4, 3)
 
     Raises
     ------
     InputError
         For a quadrilateral that is not convex.
     """
+    # Gauss points of order 2 are the stress points; Jacobians at the centre (0) and at each of them
     points, first = SQUARE / np.sqrt(3.0), shape_gradients(np.zeros(2))
     jac0 = first @ corners
     det0, inv0 = np.linalg.det(jac0), np.linalg.inv(jac0)
@@ -90,11 +95,13 @@ def zone_tables(corners: Array, thickness: float, elastic: Array) -> ZoneTables:
         if not det > 0.0:
             raise InputError("a zone is not convex or turned inside out, or its corners run the wrong way round")
         b.append(strain_rows(np.asarray(np.linalg.solve(jac, local), dtype=np.float64)))
-        # where the factor stands decides the last bit of a zone, on which a brittle run hangs
+        # gradients of 1 - xi^2 and 1 - eta^2 are -2 xi and -2 eta, here by half, mapped by the centre's Jacobian; where
+        # the factor stands decides the last bit of a zone, on which a brittle run hangs
         g.append(strain_rows(det0 / det * inv0 * -place))
         w[k] = det * thickness
     law, gs, bs = elastic[: len(b[0])], np.stack(g), np.stack(b)
     # enhanced modes a are condensed: K = K_uu - K_ua K_aa^-1 K_au, with strains B less G K_aa^-1 K_au
+    # weight k, strain components i and j, modes or freedoms p and q
     kaa = np.einsum("k,kip,ij,kjq->pq", w, gs, law, gs)
     kau = np.einsum("k,kip,ij,kjq->pq", w, gs, law, bs)
     inverse = np.linalg.inv(kaa)

@@ -22,7 +22,14 @@ Index = NDArray[np.int64]
 MOST = 300_000
 """Zones that a mesh may have: beyond it a step takes a tenth of a second and a run days."""
 
-_FLAT = 1e-6  # of the size of a block: corners this near a plane lie in it
+_FLAT = 1e-6
+"""Distance from a plane, over the size of a block, up to which a corner lies in it [-]."""
+
+_ONE_NODE = 1e-7
+"""Distance over the longest side of a block up to which nodes of two patches are one [-]."""
+
+_WHOLE = 1e-9
+"""Part by which a length may exceed a whole number of zones by rounding [-]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,12 +41,12 @@ class ZoneMesh:
     place : nodes in the reference position [m], x and z, shape (n, 2)
     block : of every node, shape (n,)
     zones : nodes of every zone, counter-clockwise, shape (e, 4)
-    zone_block : shape (e,)
+    zone_block : block of every zone, shape (e,)
     rigid : blocks without zones, shape (b,)
     size : largest zone edge [m]
-    sides : nodes along each side of every block, in a row
+    sides : nodes along each side of every block, counter-clockwise, in a row
     side_start : first entry of every side in ``sides``, shape (s + 1,)
-    side_block : shape (s,)
+    side_block : block of every side, shape (s,)
     thickness : of every block [m], shape (b,)
     """
 
@@ -99,11 +106,16 @@ def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
 
 
 def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -> ZoneMesh:
-    """Cut the blocks that have a material and are neither held nor ``stiff`` into zones no larger than ``zone_size``
-    [m].
+    """Cut the blocks that have a material, and are neither held nor ``stiff``, into zones.
 
     A quadrilateral block is cut by lines that join points at equal parts of opposite sides; another convex one first
     into quadrilaterals from its centroid to the middles of its sides.
+
+    Parameters
+    ----------
+    assembly : of blocks that are convex prisms along y
+    zone_size : largest edge of a zone [m]
+    stiff : numbers of further blocks that stay rigid
 
     Raises
     ------
@@ -131,7 +143,7 @@ def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -
             nodes, cells = outline, np.zeros((0, 4), np.int64)
             chains = [np.array([k, (k + 1) % len(outline)]) for k in range(len(outline))]
         else:
-            if zone_size > edges.min() * (1.0 + 1e-9):
+            if zone_size > edges.min() * (1.0 + _WHOLE):
                 raise InputError(
                     f"zone_size = {zone_size:g} m is larger than the shortest side of block {block.name!r}, "
                     f"{edges.min():g} m: take at most that"
@@ -154,8 +166,8 @@ def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -
 
 
 def _parts(length: float, size: float) -> int:
-    """Least number of equal parts no longer than ``size``."""
-    return max(int(np.ceil(length / size - 1e-9)), 1)
+    """Least number of equal parts of a ``length`` no longer than ``size``, both in [m]."""
+    return max(int(np.ceil(length / size - _WHOLE)), 1)
 
 
 def _cut(outline: Array, edges: Array, size: float) -> tuple[Array, Index, list[Index]]:
@@ -172,8 +184,9 @@ def _cut(outline: Array, edges: Array, size: float) -> tuple[Array, Index, list[
 
     Returns
     -------
-    tuple
-        Places of nodes [m], (n, 2); nodes of zones, (z, 4); nodes along every side.
+    nodes : places [m], shape (n, 2)
+    cells : nodes of every zone, counter-clockwise, shape (z, 4)
+    chains : nodes along every side, in the order of the outline
     """
     if len(outline) == 4:
         n, m = _parts(max(edges[0], edges[2]), size), _parts(max(edges[1], edges[3]), size)
@@ -192,7 +205,7 @@ def _cut(outline: Array, edges: Array, size: float) -> tuple[Array, Index, list[
         nodes_of.append(nodes)
     raw, cells = np.concatenate(nodes_of), np.concatenate(cells_of)
     # one node where patches meet
-    key = np.round((raw - raw.min(axis=0)) / (1e-7 * edges.max())).astype(np.int64)
+    key = np.round((raw - raw.min(axis=0)) / (_ONE_NODE * edges.max())).astype(np.int64)
     _, first, number = np.unique(key, axis=0, return_index=True, return_inverse=True)
     number = number.ravel()
     grid = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
@@ -210,6 +223,7 @@ def _patch(corners: Array, n: int, m: int) -> tuple[Array, Index]:
     Parameters
     ----------
     corners : counter-clockwise [m], shape (4, 2)
+    n, m : how many zones along the first side, and along the second
 
     Returns
     -------

@@ -21,6 +21,12 @@ from limitmason.mechanics.law import unit_tension
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.model import Assembly, Loads, Material
 
+LEVEL = 1e-9
+"""Load across the plane, over the largest load, up to which it is rounding [-]."""
+
+ALIKE = 1e-9
+"""Part of its size by which the nodes of two zones of one kind may differ [-]."""
+
 
 def make_model(
     assembly: Assembly,
@@ -67,7 +73,7 @@ def make_model(
     for name, wrench in (("dead", loads.dead), ("live", loads.live)):
         free = ~assembly.fixed
         outside = np.abs(wrench[free][:, [1, 3, 5]]).max(initial=0.0)
-        if outside > 1e-9 * max(np.abs(wrench[free]).max(initial=0.0), 1e-300):
+        if outside > LEVEL * max(np.abs(wrench[free]).max(initial=0.0), 1e-300):
             raise InputError(
                 f"{name} loads act out of the x-z plane, in which zoned blocks stay: take simply deformable blocks, "
                 "which strain and bend in space"
@@ -98,12 +104,12 @@ def make_model(
 
 
 def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index) -> Rigid:
-    """Rigid blocks at rest.
+    """Rigid blocks at rest, without loads, with masses of 1.
 
     Parameters
     ----------
-    rigid : whether a block is, shape (n_blocks,)
-    body : number of the rigid block that carries each node, -1 for a node of a zone
+    rigid : whether a block is rigid, shape (n_blocks,)
+    body : number among the rigid blocks of the one that carries each node, -1 for a node of a zone, shape (n,)
     """
     numbers, own = np.flatnonzero(rigid), np.flatnonzero(body >= 0).astype(np.int64)
     nb = len(numbers)
@@ -127,14 +133,16 @@ def make_zones(
     ----------
     place : nodes [m], shape (n, 2)
     cells : nodes of every zone, counter-clockwise, shape (e, 4)
-    materials, thickness : of every zone [m]
+    materials : of every zone
+    thickness : of every zone [m], shape (e,)
+    plane : "plane stress" or "plane strain"
     """
     arms = place[cells] - place[cells].mean(axis=1, keepdims=True)
     size = np.abs(arms).max(axis=(1, 2))
     known = {id(m): m for m in materials if m is not None}
     row = np.array([list(known).index(id(m)) for m in materials], dtype=np.int64)
     # zones are of one kind if size and form agree to nine digits, and thickness and material are the same
-    form = np.round(arms / (1e-9 * size[:, None, None])).reshape(len(cells), -1)
+    form = np.round(arms / (ALIKE * size[:, None, None])).reshape(len(cells), -1)
     key = np.column_stack([[float(f"{s:.9e}") for s in size], form, thickness, row])
     _, first, kind = np.unique(key, axis=0, return_index=True, return_inverse=True)
     elastic = [Elasticity.of(m.young_modulus, m.poisson_ratio, plane).matrix for m in known.values()]
@@ -154,11 +162,15 @@ def material_row(material: Material, plane_strain: bool, elastic: Array) -> Arra
 
     Parameters
     ----------
-    elastic : of :class:`limitmason.deformable.Elasticity`, shape (4, 3)
+    material : elastic, or with cohesion and friction too: then it yields
+    plane_strain : whether strain across the plane is held
+    elastic : stress xx, zz, xz, yy by strain xx, zz, 2 xz, of :class:`limitmason.deformable.Elasticity` [Pa], shape
+        (4, 3)
     """
     row = np.zeros(of.MAT_SIZE)
     row[of.MAT_STRAIN] = float(plane_strain)
     row[of.MAT_D], row[of.MAT_DN], row[of.MAT_G] = elastic[0, 0], elastic[0, 1], elastic[2, 2]
+    # without strengths a material never yields; k and k_psi as without friction
     row[of.MAT_K], row[of.MAT_KPSI], row[of.MAT_C], row[of.MAT_FT] = 1.0, 1.0, np.inf, np.inf
     if material.cohesion is not None and material.friction_angle_deg is not None:
         sin, sin_psi = np.sin(np.deg2rad([material.friction_angle_deg, material.dilatancy_angle_deg]))
@@ -188,9 +200,11 @@ def set_loads(model: ZonedModel, loads: Loads) -> None:
             continue
         own = np.flatnonzero(mesh.block == block)
         v = volume[own]
+        # nodes from their middle; the loads' sum of r f^T is about the centroid
         middle = v @ mesh.place[own] / v.sum()
         r = mesh.place[own] - middle
         force, p = wrench[block, :2], arms[block]
+        # moment from x to z that the arms do not hold; A that gives the arms about the middle, and a turning field
         couple = wrench[block, 2] - (p[0, 1] - p[1, 0])
         spread = np.linalg.solve((v * r.T) @ r, p - np.outer(middle - centroid[block], force))
         turning = couple / (v @ (r * r).sum(axis=1)) * np.array([[0.0, 1.0], [-1.0, 0.0]])
@@ -209,13 +223,14 @@ def nodal_volume(model: ZonedModel) -> Array:
 
 
 def _scale_masses(model: ZonedModel) -> None:
-    """Masses of nodes and rigid blocks as large as a step of 1 needs."""
+    """Write masses of nodes and rigid blocks as large as a step of 1 needs."""
     nodes, rigid = model.nodes, model.rigid
     free = np.flatnonzero(nodes.body < 0)
     mass = stable_masses(free_stiffness(model), len(free))
     nodes.mass[free] = mass[: 2 * len(free) : 2]
     rigid.mass[~rigid.held] = mass[2 * len(free) :]
-    # a smooth level joint is stiff across as soon as its block tilts a little: all directions as the stiffest one
+    # a smooth level joint is stiff across as soon as its block tilts a little: all directions as the stiffest one, and
+    # 1 where all are held
     for part in (slice(0, 2), slice(2, None)):
         most = np.where(rigid.held[:, part], 0.0, rigid.mass[:, part]).max(axis=1, initial=0.0)
         rigid.mass[:, part] = np.where(most > 0.0, most, 1.0)[:, None]

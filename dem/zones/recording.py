@@ -35,10 +35,7 @@ class ZoneState(NamedTuple):
 
     @property
     def marks(self) -> NDArray[np.int64]:
-        """Mark of every zone from the flags of its stress points, shape (e,).
-
-        Tension goes first.
-        """
+        """Mark of every zone from the flags of its stress points, shape (e,): tension before shear, now before past."""
         whole = np.bitwise_or.reduce(self.flags, axis=1)
         out = np.where(whole & SHEAR_PAST, YIELDED, ELASTIC)
         out = np.where(whole & SHEAR_NOW, AT_YIELD, out)
@@ -52,7 +49,10 @@ def save(path: str | Path, model: ZonedModel, same: Mapping[str, str], samples: 
 
     Parameters
     ----------
+    path : of the file
+    model : the model where it stands
     same : what a run must have in common to go on from it, see :func:`dem.stages.resuming.signature`
+    samples : what the run has written down so far; None for nothing
     """
     arrays: dict[str, Any] = {f"{k}.{name}": v for k in MOVING for name, v in getattr(model, k)._asdict().items()}
     arrays |= {f"sample.{k}": v for k, v in samples.arrays().items()} if samples is not None else {}
@@ -60,7 +60,7 @@ def save(path: str | Path, model: ZonedModel, same: Mapping[str, str], samples: 
 
 
 def read_model(path: Path, model: ZonedModel) -> dict[str, Any]:
-    """Put a model where a file's was, and return the samples that were kept with it."""
+    """Put a model, which is changed, where that of a file was; returned are the samples kept with it, by name."""
     file = read_archive(path)
     for group in MOVING:
         for name, array in getattr(model, group)._asdict().items():
@@ -70,7 +70,10 @@ def read_model(path: Path, model: ZonedModel) -> dict[str, Any]:
 
 
 def zoned_joint_marks(model: ZonedModel, now: Reading) -> JointMarks:
-    """Marks per interface of the assembly, as :func:`dem.model.joint_marks.joint_marks` has them for rigid blocks."""
+    """Marks per interface of the assembly, as :func:`dem.model.joint_marks.joint_marks` has them for rigid blocks.
+
+    ``now`` is what the model holds in its position.
+    """
     p = model.contacts
     return marks_of(
         model.law[p.joint], model.interface[p.joint], len(model.assembly.interfaces), opening=now.opening,
@@ -84,12 +87,19 @@ def zone_state(model: ZonedModel) -> ZoneState:
 
 
 def rigid_motion(model: ZonedModel) -> tuple[Array, Array]:
-    """Displacement of the centroids [m] and quaternions of all blocks, nearest to their nodes' motion."""
+    """Rigid motion of all blocks that is nearest to that of their nodes.
+
+    Returns
+    -------
+    shift : displacement of the centroids, x, y, z [m], shape (n, 3); y is 0
+    quaternion : rotation, scalar first, shape (n, 4): a turn from x to z is one about -y
+    """
     n, mesh = model.assembly.n_blocks, model.mesh
     count = np.bincount(mesh.block, minlength=n)
     place, shift = model.nodes.place, model.nodes.shift
 
     def mean(values: Array) -> Array:
+        """Mean of values x, z at the nodes of every block, shape (n, 2)."""
         return np.column_stack([np.bincount(mesh.block, values[:, k], n) / count for k in range(2)])
 
     middle, mean_shift = mean(place), mean(shift)
@@ -100,10 +110,10 @@ def rigid_motion(model: ZonedModel) -> tuple[Array, Array]:
     turn = np.arctan2(cross, np.bincount(mesh.block, (r * s).sum(axis=1), n))
     # nodes move about their own mean, which is off the block's centroid
     arm = model.assembly.centroids[:, [0, 2]] - middle
-    cos, sin = np.cos(turn) - 1.0, np.sin(turn)
+    less, sin = np.cos(turn) - 1.0, np.sin(turn)
     out = np.zeros((n, 3))
-    out[:, 0] = mean_shift[:, 0] + cos * arm[:, 0] - sin * arm[:, 1]
-    out[:, 2] = mean_shift[:, 1] + cos * arm[:, 1] + sin * arm[:, 0]
+    out[:, 0] = mean_shift[:, 0] + less * arm[:, 0] - sin * arm[:, 1]
+    out[:, 2] = mean_shift[:, 1] + less * arm[:, 1] + sin * arm[:, 0]
     quaternion = np.zeros((n, 4))
     quaternion[:, 0], quaternion[:, 2] = np.cos(0.5 * turn), -np.sin(0.5 * turn)
     return out, quaternion

@@ -15,6 +15,15 @@ SETTLED = 1e-4
 """Unbalanced force at a node over the mean applied force per node from which a model is settled [-]."""
 
 
+LEAST_STEPS, SWINGS = 400, 2.0
+"""Fewest steps, and slowest swings, over which loads come on; chosen."""
+
+LONGEST = 4
+"""Loads come on in at most one part in so many of all steps: the rest is for settling; chosen."""
+
+CHECK_EVERY = 200
+"""Steps between two looks at the unbalance; chosen."""
+
 EXPLODES = 1.0
 """Energy from nowhere over the work of loads and supports from which a run has exploded: they are all there is [-]."""
 
@@ -45,7 +54,9 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
 
     Parameters
     ----------
-    damping : local damping [-]
+    model : changed
+    steps : how many
+    damping : factor of local damping [-]
     drifts : whether it is combined damping for parts that move on steadily
 
     Raises
@@ -65,6 +76,7 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
     one, two = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]
     # diagonals of a zone that no longer turn the same way: it has no area left
     flat = one[:, 0] * two[:, 1] <= one[:, 1] * two[:, 0]
+    # energy from nowhere is told first: what flies or is pressed flat then follows from it
     if flown.any() or flat.any():
         refuse_explosion(model)
     if flown.any():
@@ -100,10 +112,7 @@ def refuse_explosion(model: ZonedModel) -> None:
 
 
 def read(model: ZonedModel) -> Reading:
-    """Stresses, joint forces and elastic energy in the present position.
-
-    Changes nothing.
-    """
+    """Stresses, joint forces and elastic energy in the present position; nothing changes."""
     stress = np.zeros((len(model.zones.kind), 4, 4))
     joint = np.zeros((len(model.contacts.area), 4))
     energy = float(measure_zones(model.arrays, stress, joint))
@@ -135,34 +144,38 @@ RAMP = 20
 
 
 def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_STEPS) -> bool:
-    """Bring the loads on and run until the unbalance stays below a tolerance; False if it does not.
+    """Bring the loads on and run until the unbalance is below a tolerance; False if that takes too many steps.
 
-    Loads come in twenty parts over two of the slowest swings, at most a quarter of the steps.
+    Loads come in :data:`RAMP` parts over two of the slowest swings, at most a quarter of the steps.
 
     Parameters
     ----------
-    tolerance : unbalanced over acting force [-]
+    model : changed
+    tolerance : unbalanced over acting force, see :func:`unbalance` [-]
     max_steps : steps in all
     """
     acting = model.nodes.load, model.rigid.load, model.rigid.arms
     whole = [x.copy() for x in acting]
-    part = int(np.clip(2.0 * slowest_period(model), 400, max_steps // 4)) // RAMP
+    part = int(np.clip(SWINGS * slowest_period(model), LEAST_STEPS, max_steps // LONGEST)) // RAMP
     for k in range(1, RAMP + 1):
         for x, full in zip(acting, whole, strict=True):
             x[:] = k / RAMP * full
         if k < RAMP:
             advance(model, part)
-    for _ in range(max((max_steps - RAMP * part) // 200, 1)):
-        advance(model, 200)
+    for _ in range(max((max_steps - RAMP * part) // CHECK_EVERY, 1)):
+        advance(model, CHECK_EVERY)
         if unbalance(model) < tolerance:
             return True
     return False
 
 
 def drive(model: ZonedModel, velocity: Array, held: Flags) -> None:
-    """Prescribe velocities of rigid blocks [m or rad per step] where ``held``, shape (r, 3).
+    """Hold freedoms of rigid blocks, and prescribe their velocities; what is held already stays held.
 
-    Others stay.
+    Parameters
+    ----------
+    velocity : x, z [m per step] and turn from x to z [rad per step] of the rigid blocks, shape (r, 3)
+    held : freedoms that are meant, shape (r, 3)
     """
     model.rigid.held[:] |= held
     model.rigid.drive[held] = velocity[held]
@@ -177,5 +190,5 @@ def energy_error(model: ZonedModel, at_start: float = 0.0) -> float:
     """
     total = model.total
     work = total[Z_APPLIED] + total[Z_SUPPORT]
-    rest = total[Z_LOST].sum() + total[Z_KINETIC] + read(model).energy - at_start
+    rest = total[Z_LOST].sum() + total[Z_KINETIC] + read(model).energy - at_start  # lost, in motion and stored
     return float((work - rest) / max(abs(work), 1e-300))

@@ -24,7 +24,19 @@ DAMPING = 0.8
 """Local damping for which masses are scaled: it can make a force 1.8 times as large."""
 
 MARGIN = 0.95
-"""Part of the largest stable square of the step that is used."""
+"""Part of the largest stable square of the step that is used; chosen."""
+
+FEW = 60
+"""Freedoms below which all eigenvalues are worked out at once; chosen."""
+
+CLOSE = 1e-3
+"""Relative error that is asked of an eigenvalue [-]."""
+
+BEYOND = 2e-3
+"""Part by which the largest one is raised, twice the error: it must not lie below the exact one [-]."""
+
+BELOW_ZERO = 1e-9
+"""How far below zero the smallest eigenvalue is sought from, over the largest entry: no matrix is singular there."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,14 +47,15 @@ class ZonedModel:
 
     Parameters
     ----------
-    nodes, zones, tables, sides, contacts, rigid : kernel arrays
-    law : row of the joint law for every row of ``interface``
-    lost : what joints lose where they fail, in words
-    soft : whether a joint loses strength
-    interface : interface of the assembly each law is of
-    total : accumulated works, see ``dem.kernels.zones``
-    dt : [s]; 1 where masses are scaled to the step
+    nodes, zones, tables, sides, contacts, rigid : kernel arrays, see :mod:`dem.kernels.zone_arrays`
+    law : row of the joint law for every row of ``interface``, shape (k, LAW_SIZE)
+    soft : whether a joint loses strength or has added terms
+    interface : interface of the assembly each law is of, shape (k,)
+    total : accumulated works, entries ``Z_...`` of :mod:`dem.kernels.zone_arrays`
+    dt : step [s]; 1 where masses are scaled to the step
     plane : "plane stress" or "plane strain"
+    warnings : what a user should know
+    lost : what joints lose where they fail, in words
     """
 
     assembly: Assembly
@@ -66,6 +79,7 @@ class ZonedModel:
         """This model with arrays of its own."""
 
         def copied(group: Any) -> Any:
+            """A named tuple of copies."""
             return type(group)(*(v.copy() for v in group))
 
         moving = {name: copied(getattr(self, name)) for name in MOVING}
@@ -86,6 +100,7 @@ def free_stiffness(model: ZonedModel) -> sparse.csr_matrix:
 def stiffness(model: ZonedModel) -> sparse.csr_matrix:
     """Elastic stiffness of zones and closed joints [N/m] over the freedoms x0, z0, x1, ... of all nodes."""
     zones, contacts = model.zones, model.contacts
+    # freedoms of the four nodes of every zone; an entry of the whole for each pair of them
     dof = (2 * zones.node[:, :, None] + np.arange(2)).reshape(len(zones.node), -1)
     width = dof.shape[1]
     k = model.tables.stiffness[zones.kind]
@@ -144,8 +159,12 @@ def stable_masses(k: sparse.csr_matrix, nodes: int) -> Array:
 
     Parameters
     ----------
-    k : stiffness over the free freedoms [N/m], symmetric
-    nodes : at the head of the freedoms, two each
+    k : stiffness over the free unknowns of :func:`freedoms` [N/m], symmetric, shape (n, n)
+    nodes : how many nodes of zones stand at the head of the freedoms, two each
+
+    Returns
+    -------
+    mass of every freedom [kg], shape (n,)
     """
     mass = np.asarray(abs(k).sum(axis=1)).ravel()
     own = 2 * nodes
@@ -156,7 +175,7 @@ def stable_masses(k: sparse.csr_matrix, nodes: int) -> Array:
 
 
 def largest_eigenvalue(k: sparse.csr_matrix, mass: Array) -> float:
-    """Largest eigenvalue of M^-1 K for a diagonal M [1/s2], not below the exact one by more than 1e-3 of it.
+    """Largest eigenvalue of M^-1 K for a diagonal M [1/s2], above the exact one by up to :data:`BEYOND` and its error.
 
     Parameters
     ----------
@@ -164,10 +183,10 @@ def largest_eigenvalue(k: sparse.csr_matrix, mass: Array) -> float:
     """
     root = sparse.diags(1.0 / np.sqrt(mass))
     scaled = (root @ k @ root).tocsr()
-    if k.shape[0] < 60:
+    if k.shape[0] < FEW:
         return float(np.linalg.eigvalsh(scaled.toarray())[-1])
     start = np.random.default_rng(0).standard_normal(k.shape[0])
-    return float(eigsh(scaled, 1, which="LA", v0=start, tol=1e-3, return_eigenvectors=False)[0]) * (1.0 + 2e-3)
+    return float(eigsh(scaled, 1, which="LA", v0=start, tol=CLOSE, return_eigenvectors=False)[0]) * (1.0 + BEYOND)
 
 
 def slowest_period(model: ZonedModel) -> float:
@@ -179,7 +198,7 @@ def slowest_period(model: ZonedModel) -> float:
     mass = np.concatenate([np.repeat(model.nodes.mass[free], 2), model.rigid.mass[~model.rigid.held]])
     root = sparse.diags(1.0 / np.sqrt(mass))
     scaled = (root @ free_stiffness(model).tocsc() @ root).tocsc()
-    shift = -1e-9 * float(scaled.diagonal().max())
+    shift = -BELOW_ZERO * float(scaled.diagonal().max())
     start = np.random.default_rng(0).standard_normal(len(mass))
-    low = float(eigsh(scaled, 1, sigma=shift, which="LM", v0=start, tol=1e-3, return_eigenvectors=False)[0])
+    low = float(eigsh(scaled, 1, sigma=shift, which="LM", v0=start, tol=CLOSE, return_eigenvectors=False)[0])
     return float(2.0 * np.pi / np.sqrt(max(low, 1e-300)) / model.dt)
