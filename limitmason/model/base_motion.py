@@ -27,6 +27,8 @@ HOLD, COAST = "hold", "coast"
 AT_REST = 0.01
 """A record ends at rest where its last velocity is below this fraction of its largest [-]."""
 
+_UNEVEN = 0.01  # of the step, chosen: times in a file are rounded, by more than this a sample is missing
+
 _ACCELERATIONS = {"m/s2": 1.0, "cm/s2": 1e-2, "gal": 1e-2, "mm/s2": 1e-3, "g": GRAVITY}
 _TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
 
@@ -85,6 +87,7 @@ class BaseMotion(Displayed, Stage):
 
         Parameters
         ----------
+        path : of the file
         units : of the acceleration: "m/s2", "cm/s2", "gal", "mm/s2" or "g"; where omitted, what stands in brackets in
             its heading, as in "a [g]", and m/s2 without one. Time is in seconds, or in "ms" where its heading says so
         scale : factor on the whole record [-]
@@ -100,23 +103,10 @@ class BaseMotion(Displayed, Stage):
         known = ", ".join(_ACCELERATIONS)
         if units is not None and units not in _ACCELERATIONS:
             raise InputError(f"units must be one of {known}, got {units!r}")
-        rows: list[list[float]] = []
-        headed: dict[str, int] = {}
-        clock = "s"
         columns = [column] if isinstance(column, int) else list(column)
         if not all(isinstance(c, int) and c > 0 for c in columns):
             raise InputError(f"column must be a whole number above 0, or three of them, got {column!r}")
-        for number, line in enumerate(read_text(path).splitlines(), 1):
-            cells = split([line], separator(line))
-            try:
-                rows.append([float(cells[0]), *(float(cells[c]) for c in columns)])
-            except (ValueError, IndexError):
-                if rows and line.strip():
-                    raise InputError(f"{path}, line {number}: no time and acceleration in {line!r}") from None
-                headed |= {unit: number for c in columns if (unit := _unit(cells, c, _ACCELERATIONS))}
-                clock = _unit(cells, 0, _TIMES) or clock
-                if clock not in _TIMES:
-                    raise InputError(f"{path}, line {number}: time in {clock!r}; it is read in s or ms") from None
+        rows, headed, clock = _read_columns(path, columns)
         if len(rows) < 2:
             where = "" if column == 1 else f" in column {column}"
             raise InputError(f"{path}: no two lines of time, acceleration{where} (or with semicolons or tabs between)")
@@ -130,7 +120,7 @@ class BaseMotion(Displayed, Stage):
         table = np.array(rows)
         time, a = _TIMES[clock] * table[:, 0], table[:, 1] if len(columns) == 1 else table[:, 1:]
         step = float(np.median(np.diff(time)))
-        uneven = np.flatnonzero(np.abs(np.diff(time) - step) > 0.01 * abs(step))
+        uneven = np.flatnonzero(np.abs(np.diff(time) - step) > _UNEVEN * abs(step))
         if len(uneven):
             raise InputError(f"{path}: times must be equally spaced; after {time[uneven[0]]:g} s they are not")
         return cls(tuple((factor * a).tolist()), step, **settings)
@@ -149,6 +139,7 @@ class BaseMotion(Displayed, Stage):
         That is more than a hundredth of the largest.
         """
         a = self._components
+        # trapezes are exact: the record is linear between samples
         v = np.cumsum(0.5 * self.sample_step * (a[1:] + a[:-1]), axis=0)
         size = np.linalg.norm(v, axis=1)
         return v[-1] @ self.units, bool(size[-1] > AT_REST * size.max())
@@ -166,8 +157,8 @@ class BaseMotion(Displayed, Stage):
         """
         a, h = self._components, self.sample_step
         mean = 0.5 * h * (a[1:] + a[:-1]).sum(axis=0) / (h * (len(a) - 1))
-        fixed = (a - mean).reshape(np.shape(self.acceleration))
-        return replace(self, acceleration=tuple(map(tuple, fixed)) if fixed.ndim == 2 else tuple(fixed.tolist()))
+        level = (a - mean).reshape(np.shape(self.acceleration))
+        return replace(self, acceleration=tuple(map(tuple, level)) if level.ndim == 2 else tuple(level.tolist()))
 
     def spectrum(
         self, periods: ArrayLike | None = None, *, damping: float = 0.05, component: int = 0
@@ -194,17 +185,64 @@ class BaseMotion(Displayed, Stage):
     def velocity(self, times: Array) -> Array:
         """Ground velocity at times since the stage began [m/s], shape (t, c).
 
-        It is the exact integral of the piecewise linear record.
+        It is the exact integral of the piecewise linear record, and stays as it is after the record.
+
+        Parameters
+        ----------
+        times : [s], shape (t,)
         """
         a, h = self._components, self.sample_step
+        # velocities at the samples
         nodes = np.concatenate([np.zeros((1, a.shape[1])), np.cumsum(0.5 * h * (a[1:] + a[:-1]), axis=0)])
+        # sample before each time, and the time since then
         k = np.clip((times / h).astype(int), 0, len(a) - 2)
         r = np.clip(times - k * h, 0.0, h)[:, None]
         return nodes[k] + a[k] * r + 0.5 * (a[k + 1] - a[k]) / h * r * r
 
 
+def _read_columns(path: str | Path, columns: Sequence[int]) -> tuple[list[list[float]], dict[str, int], str]:
+    """Numbers of a file and the units that its headings say.
+
+    Parameters
+    ----------
+    path : of the file
+    columns : numbers of those that hold an acceleration, counted from 0
+
+    Returns
+    -------
+    rows : time and accelerations of every line of numbers, in the file's own units
+    headed : units of acceleration in headings, and the line in which each stands
+    clock : unit of time, "s" or "ms"
+    """
+    rows: list[list[float]] = []
+    headed: dict[str, int] = {}
+    clock = "s"
+    for number, line in enumerate(read_text(path).splitlines(), 1):
+        cells = split([line], separator(line))
+        try:
+            rows.append([float(cells[0]), *(float(cells[c]) for c in columns)])
+        except (ValueError, IndexError):
+            # above the numbers it is a heading, among them a fault
+            if rows and line.strip():
+                raise InputError(f"{path}, line {number}: no time and acceleration in {line!r}") from None
+            headed |= {unit: number for c in columns if (unit := _unit(cells, c, _ACCELERATIONS))}
+            clock = _unit(cells, 0, _TIMES) or clock
+            if clock not in _TIMES:
+                raise InputError(f"{path}, line {number}: time in {clock!r}; it is read in s or ms") from None
+    return rows, headed, clock
+
+
 def _unit(cells: Sequence[str], column: int, known: Iterable[str]) -> str:
-    """Unit in a heading, in lower case: in square brackets, or in round ones, where years and names stand too."""
+    """Unit in a heading, in lower case, or an empty word.
+
+    It stands in square brackets, or in round ones, where years and names stand too.
+
+    Parameters
+    ----------
+    cells : of the heading
+    column : whose unit is asked for, counted from 0
+    known : units that are read in round brackets
+    """
     words = re.search(r"\[([^]]*)]|\(([^)]*)\)", cells[column]) if column < len(cells) else None
     unit = (words[1] or words[2] or "").strip().replace("²", "2").replace("^", "").lower() if words else ""
     return unit if words and (words[1] or unit in known or "/s" in unit) else ""

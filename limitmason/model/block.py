@@ -49,13 +49,14 @@ class Block(ReadOnly):
             )
         if self.axis is not None:
             axis = read_vector(f"axis of block {self.name!r}", self.axis)
+            # beyond, the square of its length overflows
             if not 0.0 < np.abs(axis).max() < 1e100:
                 raise InputError(f"axis of block {self.name!r} must be a direction, got {self.axis!r}")
             object.__setattr__(self, "axis", owned(axis))
 
     @cached_property
     def _properties(self) -> tuple[float, Array, Array]:
-        """Volume [m3], centroid [m] and moments of inertia per density about it [m5]."""
+        """Volume [m3], centroid [m], shape (3,), and inertia per density about it [m5], shape (3, 3)."""
         part = mass_properties(self.parts)
         volume = float(part.volume.sum())
         centroid = (part.volume[:, None] * part.centroid).sum(axis=0) / volume

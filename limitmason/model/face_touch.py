@@ -11,9 +11,22 @@ from limitmason.geometry.polygon import area_in_space
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.detection import BlockPieces, contact_distances
 
+_LOOKS_THE_SAME_WAY = 0.7  # cosine of about 45 degrees between outward normals, chosen
+_FARTHEST = 0.5  # of a polygon's size, chosen: a face farther from its plane is not the one that it lies on
+_ALIGNMENT_COUNTS = 1e-6  # of a polygon's size, chosen: so little that alignment decides between equal distances alone
+_MOSTLY = 0.99  # of a face's area, chosen: a face covered by more of cuts is a cut, rounding of corners aside
+
 
 class UntouchedFace(NamedTuple):
-    """A face that touches nothing: block name, outward normal, place of its middle [m], corners [m]."""
+    """A face that touches nothing.
+
+    Parameters
+    ----------
+    block : its name
+    normal : outward unit normal, shape (3,)
+    place : mean of its corners [m], shape (3,)
+    corners : counter-clockwise seen from outside [m], shape (n, 3)
+    """
 
     block: str
     normal: Array
@@ -22,9 +35,20 @@ class UntouchedFace(NamedTuple):
 
 
 def contact_gaps(assembly: Blockwork, pieces: BlockPieces) -> tuple[Array, Array]:
-    """Least and largest gap [m], shape (k, 2), and angle [deg], shape (k,), between the faces of every interface.
+    """Gap and angle between the two faces of every interface.
 
-    The faces are looked up in the geometry; NaN where an interface lies on no face of one of its blocks.
+    The faces are looked up in the geometry.
+
+    Parameters
+    ----------
+    assembly : with k interfaces
+    pieces : convex pieces of its blocks
+
+    Returns
+    -------
+    gaps : least and largest over the interface, negative where the faces overlap [m], shape (k, 2)
+    angles : between the faces [deg], shape (k,)
+        Both NaN where an interface lies on no face of one of its blocks.
     """
     faces, start = all_faces(pieces.solids)
     first = _first_faces(pieces, start)
@@ -34,9 +58,11 @@ def contact_gaps(assembly: Blockwork, pieces: BlockPieces) -> tuple[Array, Array
         g = _face_under(faces, slice(first[i.block_b], first[i.block_b + 1]), i.polygon, -i.normal)
         if f is None or g is None:
             continue
+        # heights of the corners over either face along its outward normal: the gap is less their sum
         gap = i.polygon @ faces.normal[g] - faces.offset[g] - (faces.offset[f] - i.polygon @ faces.normal[f])
         gaps[k] = gap.min(), gap.max()
         n, m = faces.normal[f], faces.normal[g]
+        # between n and -m, without loss of digits at small angles
         angles[k] = np.degrees(2.0 * np.arctan2(np.linalg.norm(n + m), np.linalg.norm(n - m)))
     return gaps, angles
 
@@ -45,6 +71,11 @@ def untouched_faces(assembly: Blockwork, pieces: BlockPieces) -> tuple[list[Unto
     """Faces on which no interface lies, and the number of all faces.
 
     Cuts between pieces of a block are no faces.
+
+    Parameters
+    ----------
+    assembly : with its interfaces
+    pieces : convex pieces of its blocks
     """
     faces, start = all_faces(pieces.solids)
     first = _first_faces(pieces, start)
@@ -78,24 +109,28 @@ def least_width(polygon: Array, normal: Array) -> float:
 
 
 def _first_faces(pieces: BlockPieces, start: Index) -> Index:
-    """Row of every block's first face, with the total at the end.
+    """Row of every block's first face, with the total at the end, shape (n_blocks + 1,).
 
-    Pieces are in the order of the blocks.
+    Parameters
+    ----------
+    pieces : in the order of the blocks
+    start : row of the first face of every piece, with the total at the end, shape (pieces + 1,)
     """
     return start[np.searchsorted(pieces.owner, np.arange(len(pieces.widths) + 1))]
 
 
 def _face_under(faces: Faces, rows: slice, polygon: Array, normal: Array) -> int | None:
-    """The face of one block, out of a range, that a polygon lies on.
+    """Number of the face of one block that a polygon lies on, or None.
 
     The nearest of those that look its way within 45 degrees and are no farther than half its size. Alignment decides
     between faces as near as each other. How far the middle lies beside a face is told by the face's box.
 
     Parameters
     ----------
+    faces : of all blocks
     rows : numbers of the faces of the block
     polygon : corners of the face that they may touch [m], shape (n, 3)
-    normal : outward normal that is looked for
+    normal : outward unit normal that is looked for, shape (3,)
     """
     aligned = faces.normal[rows] @ normal
     away = np.abs(polygon @ faces.normal[rows].T - faces.offset[rows]).max(axis=0)
@@ -103,21 +138,26 @@ def _face_under(faces: Faces, rows: slice, polygon: Array, normal: Array) -> int
     low, high = faces.corners[rows].min(axis=1), faces.corners[rows].max(axis=1)
     beside = np.maximum(np.maximum(low - middle, middle - high), 0.0).max(axis=1)
     size = float(np.ptp(polygon, axis=0).max())
-    fits = (aligned > 0.7) & (away <= 0.5 * size)
+    fits = (aligned > _LOOKS_THE_SAME_WAY) & (away <= _FARTHEST * size)
     if not fits.any():
         return None
-    return int(rows.start + np.where(fits, away + beside + 1e-6 * size * (1.0 - aligned), np.inf).argmin())
+    distance = away + beside + _ALIGNMENT_COUNTS * size * (1.0 - aligned)
+    return int(rows.start + np.where(fits, distance, np.inf).argmin())
 
 
 def _inner_faces(assembly: Blockwork, pieces: BlockPieces, faces: Faces, start: Index) -> Flags:
-    """Faces of convex pieces that are mostly cuts between pieces of one block.
+    """Whether each face of a convex piece is mostly a cut between pieces of one block, shape (number of faces,).
 
     Parameters
     ----------
-    start : first face of every piece, shape (pieces + 1,)
+    assembly : whose blocks they are
+    pieces : convex pieces of the blocks
+    faces : of all pieces
+    start : row of the first face of every piece, shape (pieces + 1,)
     """
     out = np.zeros(len(faces.normal), dtype=bool)
     owner = pieces.owner
+    # pieces that are not alone in their block, each taken as a block of its own to find where they touch
     several = np.flatnonzero(np.bincount(owner)[owner] > 1)
     if not len(several):
         return out
@@ -133,5 +173,5 @@ def _inner_faces(assembly: Blockwork, pieces: BlockPieces, faces: Faces, start: 
             if face is not None:
                 covered[face] += area_in_space(polygon)
     for k in np.flatnonzero(covered > 0.0).tolist():
-        out[k] = covered[k] > 0.99 * area_in_space(faces.corners[k, : faces.corners_of[k]])
+        out[k] = covered[k] > _MOSTLY * area_in_space(faces.corners[k, : faces.corners_of[k]])
     return out

@@ -52,7 +52,10 @@ class Fingerprint(ReadOnly):
 
         Parameters
         ----------
-        held : degrees of freedom, shape (n, 6)
+        blocks : all n of them
+        held : whether each degree of freedom of every block is held, shape (n, 6)
+        joints : interfaces of the assembly
+        ties : all t of them
         ends : blocks of every tie, -1 for the ground, shape (t, 2)
         tolerance : of contacts [m]
         """
@@ -88,6 +91,7 @@ class Fingerprint(ReadOnly):
         """
         groups: dict[str, list[Table]] = {"blocks": [], "materials": [], "supports": [], "joints": [], "ties": []}
         for name, table in self.arrays.items():
+            # "block: density" is of a block, and so on; supports and materials stand among the fields of blocks
             of, field = name.split(": ")
             special = {"support": "supports"}.get(field, "materials" if field.startswith("material's") else "")
             groups[special or {"model": "blocks"}.get(of, f"{of}s")].extend((np.array([name]), table))
@@ -119,6 +123,7 @@ class Fingerprint(ReadOnly):
             same = _same(now, was) if now.shape == was.shape else np.ones(0, dtype=bool)
             if same.all():
                 continue
+            # first row with a difference; corners have a row each, of which the block or joint is told
             k = int(np.argmin(same.reshape(len(now), -1).all(axis=1)))
             if field in _CORNERS:
                 count = self.arrays[f"{of}: number of {'vertices' if of == 'block' else 'corners'}"]
@@ -134,6 +139,7 @@ class Fingerprint(ReadOnly):
         Parameters
         ----------
         of : "block", "joint", "tie" or "model"
+        k : number of the row
         """
         names = self.arrays["block: name"]
         if of == "block":
@@ -170,7 +176,7 @@ def check_same_loads(
     case : "dead" or "live", for the message
     now, then : wrenches of all blocks and arms [N, N m], see ``Loads.rows``, shape (n, 15)
     names : of the blocks
-    what : the loads belong to
+    what : the state that the other loads act in, for the message
     counted : blocks whose loads count, shape (n, 1); all by default
 
     Raises
@@ -184,6 +190,7 @@ def check_same_loads(
         off &= counted
     if off.any():
         i = int(np.flatnonzero(off.any(axis=1))[0])
+        # equal wrenches, unequal arms
         if not off[i, :6].any():
             raise InputError(f"the {case} load of block {names[i]!r} acts at another point now than in {what}")
         here, there = (x[i, :6].tolist() for x in (now, then))
@@ -200,6 +207,7 @@ def _columns(
     Parameters
     ----------
     prefix : of the columns' names
+    kind : class of the law or material, whose fields are read
     rows : the law or material of every row
     without : fields that are left out
     """
@@ -223,29 +231,31 @@ def _term_columns(joints: Sequence[Joint]) -> dict[str, Table]:
 
 
 def _number(value: Any) -> float:
+    """Value of a field as a number: a choice by its place among the choices, None as NaN."""
     if isinstance(value, StrEnum):
         return float(tuple(type(value)).index(value))
     return float("nan") if value is None else float(value)
 
 
 def _rows(parts: Sequence[Table], width: int) -> Table:
+    """Tables of so many columns one under the other; an empty one where there are none."""
     return np.concatenate(parts) if len(parts) else np.zeros((0, width))
 
 
 def _same(now: Table, was: Table) -> Flags:
-    """Which entries are equal, but for rounding.
-
-    NaN equals NaN.
-    """
+    """Which entries of two tables of one shape are equal, but for rounding; NaN equals NaN."""
+    # words and whole numbers
     if now.dtype.kind != "f" or was.dtype.kind != "f":
         return np.asarray(now == was)
-    finite = np.abs(now[np.isfinite(now)]).max(initial=0.0)
+    largest = np.abs(now[np.isfinite(now)]).max(initial=0.0)
+    # infinite strengths: their difference is NaN, and they are equal by ==
     with np.errstate(invalid="ignore"):
-        near = np.abs(now - was) <= ROUNDING * finite
+        near = np.abs(now - was) <= ROUNDING * largest
     return np.asarray(near | (now == was) | (np.isnan(now) & np.isnan(was)))
 
 
 def _said(value: Any) -> str:
+    """A value of a table in words: a number, a row of numbers or a word."""
     return f"{value:g}" if np.ndim(value) == 0 and isinstance(value, np.floating) else str(np.asarray(value).tolist())
 
 

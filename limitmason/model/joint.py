@@ -127,12 +127,13 @@ class Joint:
             raise InputError(f"{label}: a term is given twice: {', '.join(names)}")
         peak = self.tan_phi, self.tan_psi, self.cohesion, self.tensile_strength
         for term, name in zip(self.terms, names, strict=True):
+            # slip 0, damage 0: what reads the law at its peak does not ask the term
             if term.strength(*peak, 0.0, 0.0, *term.numbers.values()) != peak:
                 raise InputError(f"{label}: term {name!r} changes the strength of a joint that has not slipped")
         warn_of_joint(self, label)
 
     def _check_energies(self, label: str) -> None:
-        """Refuse fracture energies that nothing can spend."""
+        """Refuse fracture energies that nothing can spend; ``label`` names the joint in messages."""
         for field, strength in (("fracture_energy_tension", "tensile_strength"), ("fracture_energy_shear", "cohesion")):
             energy, rest = getattr(self, field), getattr(self, f"residual_{strength}")
             if energy is None:
@@ -148,9 +149,12 @@ class Joint:
 
     @classmethod
     def from_friction_coefficient(cls, coefficient: float, **options: Any) -> "Joint":
-        """Joint with tan(phi) = coefficient [-].
+        """Joint with a coefficient of friction in place of the angle.
 
-        Other fields as keywords.
+        Parameters
+        ----------
+        coefficient : tan(phi) [-], >= 0
+        options : other fields of the joint
         """
         if not coefficient >= 0.0:
             raise InputError(f"friction coefficient must be a number >= 0, got {coefficient!r}")

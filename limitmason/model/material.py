@@ -79,7 +79,7 @@ class Material:
         warn_of_material(self, label)
 
     def _check_strength(self, label: str) -> None:
-        """Refuse one of a pair without the other, and two laws at once."""
+        """Refuse one of a pair without the other, and two laws at once; ``label`` names it in messages."""
         if (self.cohesion is None) != (self.friction_angle_deg is None):
             raise InputError(f"{label}: give both cohesion and friction_angle_deg, or neither for an elastic unit")
         if (self.compressive_strength is None) != (self.compressive_energy is None):
@@ -120,10 +120,12 @@ class Material:
         Parameters
         ----------
         young_modulus : E [Pa]
-        poisson_ratio, density : [-], [kg/m3]; they do not follow from E
+        poisson_ratio : nu [-]; it does not follow from E
+        density : [kg/m3]; it does not follow from E
         modulus_over_strength : alpha = E / fc [-]
         ductility : d = Gfc / fc [m]
         tensile_energy : Gf [N/m]
+        name : label shown in tables
 
         Notes
         -----

@@ -19,14 +19,23 @@ def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> La
     """The assembly turned, mirrored, scaled or moved: x -> matrix x + translation.
 
     See ``Assembly.transformed``.
+
+    Parameters
+    ----------
+    assembly : before
+    matrix : a multiple of an orthogonal one, shape (3, 3)
+    translation : [m], shape (3,)
     """
     m, t = np.asarray(matrix, dtype=float), np.asarray(translation, dtype=float)
+    # lengths after over before
     scale = abs(np.linalg.det(m)) ** (1.0 / 3.0)
     if m.shape != (3, 3) or scale == 0 or not np.allclose(m @ m.T, scale**2 * np.eye(3), atol=1e-9 * scale**2):
         raise InputError("matrix must be a multiple of an orthogonal 3 x 3 matrix (rotation, mirror, uniform scale)")
+    # a mirror turns the sense of every polygon round
     mirrored = np.linalg.det(m) < 0
 
     def moved(solid: Solid) -> Solid:
+        """A convex piece after the motion, its faces counter-clockwise seen from outside again."""
         faces = tuple(f[::-1] for f in solid.faces) if mirrored else solid.faces
         return Solid(solid.vertices @ m.T + t, faces)
 
@@ -42,6 +51,7 @@ def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> La
         )
         for i in assembly.interfaces
     )
+    # lengths and directions that it names hold under a translation alone
     recipe = assembly.recipe if np.allclose(m, np.eye(3)) else {}
     rules = assembly.contact_rules
     return replace(
@@ -56,10 +66,17 @@ def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> La
 
 
 def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
-    """The assembly with its blocks in another order, see ``Assembly.renumbered``."""
+    """The assembly with its blocks in another order, see ``Assembly.renumbered``.
+
+    Parameters
+    ----------
+    assembly : before
+    order : every block number once; new block k is old block ``order[k]``
+    """
     order = [int(k) for k in order]
     if sorted(order) != list(range(assembly.n_blocks)):
         raise InputError("order must hold every block number once")
+    # new number of every old block
     new = np.empty(assembly.n_blocks, dtype=int)
     new[order] = np.arange(assembly.n_blocks)
     names = [b.name for b in assembly.blocks]
@@ -81,11 +98,14 @@ def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False)
 
     Parameters
     ----------
+    assembly : before
     group : numbers of held blocks
     drop : give the first block the solids of all and leave the others out; else these stay where they are, without
         joints, so that blocks keep their numbers
     """
-    first, owner, rest = group[0], np.arange(assembly.n_blocks), np.setdiff1d(np.arange(assembly.n_blocks), group[1:])
+    every = np.arange(assembly.n_blocks)
+    # block that takes the place of each, and the blocks that are left
+    first, owner, rest = group[0], every.copy(), np.setdiff1d(every, group[1:])
     owner[list(group)] = first
     blocks = list(assembly.blocks)
     names = [blocks[k].name for k in owner]

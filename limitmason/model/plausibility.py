@@ -22,6 +22,8 @@ _PRESSURE_TOO_HIGH = 1e9  # stronger than any stone [Pa]
 _MODULUS_TOO_LOW = 1e5  # softer than rubber
 _BLOCK_LIKE_CM = 20.0  # no block is as long in metres
 _DENSITY_LIKE_N_PER_M3 = (12e3, 35e3)  # unit weights of masonry in N/m3
+_TOLERANCE_TOO_LARGE = 0.2  # of a block's least width, chosen
+_OUTSIDE = 1e-3  # of a block's longest side, chosen: a point load farther outside its box is no rounding
 _SECTION_LIKE_MM2 = 1.0  # no rod is as thick in square metres
 
 _given_as_coefficient: ContextVar[bool] = ContextVar("given_as_coefficient", default=False)
@@ -65,7 +67,7 @@ def warn_of_joint(joint: Any, label: str) -> None:
 
 
 def warn_of_material(material: Any, label: str) -> None:
-    """Moduli like MPa or GPa, strengths like MPa, angles like radians."""
+    """Warn of moduli like MPa or GPa, strengths like MPa, angles like radians; ``label`` names the material."""
     if material.young_modulus < _MODULUS_TOO_LOW:
         e = material.young_modulus
         warn(f"{label}: young_modulus = {e:g} Pa looks like MPa or GPa ({e:g} GPa is {1e9 * e:g} Pa)")
@@ -74,7 +76,7 @@ def warn_of_material(material: Any, label: str) -> None:
 
 
 def warn_of_tie(tie: Any, label: str) -> None:
-    """Yield stress and modulus like MPa, a section like mm2."""
+    """Warn of a yield stress and modulus like MPa, and of a section like mm2; ``label`` names the tie."""
     for field in ("yield_stress", "modulus"):
         value = getattr(tie, field)
         if value is not None and value < _MODULUS_TOO_LOW:
@@ -114,10 +116,11 @@ def _warn_of_strengths(law: Any, label: str, *further: str) -> None:
 
 
 def warn_of_blocks(blocks: Sequence[Any], sizes: Array) -> None:
-    """Densities like N/m3, kN/m3 or g/cm3, blocks as large as millimetres or centimetres taken for metres.
+    """Warn of densities like N/m3, kN/m3 or g/cm3, and of blocks whose millimetres or centimetres are read as metres.
 
     Parameters
     ----------
+    blocks : of the assembly
     sizes : longest side of the box of every convex piece [m]
     """
     middle = float(np.median(sizes))
@@ -140,15 +143,16 @@ def warn_of_blocks(blocks: Sequence[Any], sizes: Array) -> None:
 
 
 def warn_of_tolerance(distance: float, names: Sequence[str], widths: Array) -> None:
-    """A contact tolerance that is no longer small beside the smallest block.
+    """Warn of a contact tolerance that is no longer small beside the smallest block.
 
     Parameters
     ----------
     distance : given for all contacts [m]
+    names : of the blocks
     widths : least width of every block [m]
     """
     least = int(widths.argmin())
-    if distance > 0.2 * widths[least]:
+    if distance > _TOLERANCE_TOO_LARGE * widths[least]:
         warn(
             f"the contact tolerance of {distance:.3g} m is {distance / widths[least]:.0%} of the width of block "
             f"{names[least]!r} ({widths[least]:.3g} m): contacts of blocks this small are not to be trusted"
@@ -160,16 +164,17 @@ def warn_of_point(name: str, at: Array, bounds: Array) -> None:
 
     Parameters
     ----------
-    at : place, shape (3,)
+    name : of the block
+    at : place of the load [m], shape (3,)
     bounds : two opposite corners of the box [m], shape (2, 3)
     """
     outside = float(np.maximum(np.maximum(bounds[0] - at, at - bounds[1]), 0.0).max())
-    if outside > 1e-3 * float(np.ptp(bounds, axis=0).max()):
+    if outside > _OUTSIDE * float(np.ptp(bounds, axis=0).max()):
         place = ", ".join(f"{x:.4g}" for x in at)
         warn(f"point load on block {name!r}: it acts at ({place}) m, {outside:.3g} m outside the block")
 
 
 def warn_of_pressure(name: str, pressure: float) -> None:
-    """A pressure that no masonry carries [Pa]."""
+    """Warn of a pressure [Pa] that no masonry carries; ``name`` says what it acts on."""
     if abs(pressure) > _PRESSURE_TOO_HIGH:
         warn(f"pressure on {name}: {pressure:.3g} Pa is more than 1 GPa; is it in another unit?")

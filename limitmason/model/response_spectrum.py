@@ -18,6 +18,8 @@ from limitmason.errors import InputError
 from limitmason.storage.csv_table import Tabular
 from limitmason.storage.frozen import ReadOnly
 
+_SHORTEST, _LONGEST, _PERIODS = 0.05, 4.0, 100  # [s], [s], [-], chosen: periods where none are asked for
+
 STEPS = 50
 """Steps at least in the shortest period: the period is then off by (2 pi / 50)^2 / 12, a thousandth."""
 
@@ -72,7 +74,7 @@ class ResponseSpectrum(Displayed, Tabular, ReadOnly):
         ----------
         acceleration : [m/s2], shape (n,)
         sample_step : time between samples [s]
-        periods : [s], some by default
+        periods : of the oscillators [s], shape (k,); 100 from 0.05 to 4 s where None
         damping : part of the critical one [-]
 
         Raises
@@ -80,35 +82,49 @@ class ResponseSpectrum(Displayed, Tabular, ReadOnly):
         InputError
             For periods that are not positive, and a damping outside 0 .. 1.
         """
-        asked = np.geomspace(0.05, 4.0, 100) if periods is None else np.atleast_1d(numbers("periods", periods)).copy()
+        if periods is None:
+            asked = np.geomspace(_SHORTEST, _LONGEST, _PERIODS)
+        else:
+            asked = np.atleast_1d(numbers("periods", periods)).copy()
         if asked.ndim != 1 or not asked.size or not (np.isfinite(asked) & (asked > 0.0)).all():
             raise InputError(f"periods must be positive numbers [s], got {periods!r}")
         if not 0.0 <= finite("damping", damping) < 1.0:
             raise InputError(f"damping must lie in 0 .. 1, a part of the critical one (0.05 for 5 %), got {damping!r}")
         record = np.asarray(acceleration, dtype=float)
+        # the largest displacement may come after the record: each swings on for a period, the slowest too
         rest = np.zeros(math.ceil(float(asked.max()) / sample_step) + 1)
         fine, step = refined(np.concatenate([record, rest]), sample_step, float(asked.min()) / STEPS)
         return cls(asked, largest_displacements(fine, step, 2.0 * np.pi / asked, damping), float(damping))
 
 
 def refined(samples: Array, step: float, most: float) -> tuple[Array, float]:
-    """A record with further samples in between, linear, so that they are at most this far apart; and its step [s]."""
+    """A record with further samples in between, linear, and its new step [s].
+
+    Parameters
+    ----------
+    samples : shape (n,)
+    step : between them [s]
+    most : largest step of the record that is made [s]
+    """
     parts = max(1, math.ceil(step / most))
     fine = np.interp(np.arange((len(samples) - 1) * parts + 1) / parts, np.arange(len(samples)), samples)
     return np.asarray(fine), step / parts
 
 
 def largest_displacements(record: Array, h: float, omega: Array, damping: float) -> Array:
-    """Largest displacement of oscillators, by the mean acceleration of every step (unconditionally stable) [m].
+    """Largest displacement of oscillators against the ground [m], shape (k,).
+
+    By the mean acceleration of every step (Newmark with 1/4 and 1/2), which is stable at any step. They begin at rest.
 
     Parameters
     ----------
-    record : acceleration of the ground [m/s2]
+    record : acceleration of the ground [m/s2], shape (n,)
     h : its step [s]
     omega : angular frequency of each oscillator [rad/s], shape (k,)
     damping : over the critical one [-]
     """
     u, v, a = np.zeros_like(omega), np.zeros_like(omega), np.full_like(omega, -record[0])
+    # factor of the new acceleration in the equilibrium of a unit mass at the end of a step
     top, mass = np.zeros_like(omega), 1.0 + damping * omega * h + 0.25 * (omega * h) ** 2
     for ground in record[1:]:
         # as far as the old acceleration takes them; the new one follows from equilibrium

@@ -125,7 +125,13 @@ class Settle(Stage):
 
 @dataclass(frozen=True)
 class Hold(Stage):
-    """Hold the loads for a number of steps, or a duration [s]."""
+    """Hold the loads.
+
+    Parameters
+    ----------
+    steps : length of the stage [-]; or
+    duration : its length [s]
+    """
 
     steps: int | None = None
     duration: float | None = None
@@ -138,7 +144,8 @@ class Ramp(Stage):
     Parameters
     ----------
     to : multiplier at the end [-]
-    steps or duration : length of the stage, [-] or [s]
+    steps : length of the stage [-]; or
+    duration : its length [s]
     """
 
     to: float = 1.0
@@ -161,6 +168,8 @@ class Tilt(Stage):
     Parameters
     ----------
     to_deg : tilt angle at the end [deg]
+    steps : length of the stage [-]; or
+    duration : its length [s]
     axis : horizontal axis the table turns about by the right-hand rule, shape (3,); a table that an earlier stage
         turned about another one goes to this end by the shortest way
     """
@@ -186,6 +195,8 @@ class Drive(Stage):
     ----------
     displacement : by block name or number: {"x": 0.01, ...} [m] or [rad], travelled linearly in the stage; the degrees
         of freedom named are held in this stage and released after it unless ``keep``
+    steps : length of the stage [-]; or
+    duration : its length [s]
     keep : hold these degrees of freedom after the stage too
     calm : stand still while the kinetic energy is above this part of the elastic one [-], quasi-static runs only; the
         steps in which it waits come on top of ``steps``. None goes on whatever happens
@@ -208,7 +219,12 @@ class Drive(Stage):
             raise InputError(f"Drive: calm must be positive, and the length be given in steps, got {self.calm!r}")
 
     def twists(self, assembly: Assembly) -> tuple[Array, Flags]:
-        """Travel per block [m, rad], shape (n, 6), and the degrees of freedom that the drive holds."""
+        """Travel of every block [m, rad], and whether the drive holds each degree of freedom, shape (n, 6) each.
+
+        Parameters
+        ----------
+        assembly : of n blocks, of which the drive names some
+        """
         travel = np.zeros((assembly.n_blocks, 6))
         held = np.zeros((assembly.n_blocks, 6), dtype=bool)
         for block, moves in self.displacement.items():

@@ -54,14 +54,19 @@ class SupportMotion:
             raise InputError("a support's motion moves nothing: give translation or rotation")
 
     def twist(self, point: Array) -> Array:
-        """Displacement of a point and the turn [m, rad], shape (6,)."""
+        """Displacement of a point [m], shape (3,), and the turn: [m, rad], shape (6,)."""
         arm = np.asarray(point) - self.about
         return np.concatenate([self.translation + np.cross(self.rotation, arm), self.rotation])
 
     def displacements(self, assembly: Blockwork, support: Group) -> dict[str, dict[str, float]]:
-        """Displacement of every block of a group about its centroid [m, rad].
+        """Displacement of every block of a group about its centroid [m, rad], by block name and degree of freedom.
 
         ``dem.Drive`` takes it so.
+
+        Parameters
+        ----------
+        assembly : that has the blocks
+        support : the group
         """
         return {
             assembly.blocks[i].name: dict(zip(DEGREES_OF_FREEDOM, self.twist(centre).tolist(), strict=True))
@@ -72,6 +77,11 @@ class SupportMotion:
 def group_of(assembly: Blockwork, support: Group) -> list[int]:
     """Numbers of the blocks of a group.
 
+    Parameters
+    ----------
+    assembly : that has the blocks
+    support : the group, as a user gives it
+
     Raises
     ------
     InputError
@@ -81,6 +91,7 @@ def group_of(assembly: Blockwork, support: Group) -> list[int]:
     group = [] if support is None else [assembly.block_index(block) for block in named]
     if not group or len(set(group)) < len(group):
         raise InputError(f"support: give one block, or a list of different ones that settle as one; got {support!r}")
+    # one block moves in what is held of it; several move as one body only if all of each is held
     for k in group if len(group) > 1 else ():
         if not assembly.fixed[k]:
             raise InputError(f"block {assembly.blocks[k].name!r} is not wholly held: blocks that settle as one must be")

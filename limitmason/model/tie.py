@@ -63,6 +63,7 @@ class Tie(ReadOnly):
     name: str = ""
 
     def __post_init__(self) -> None:
+        """Take points and numbers as floats, and check them and what goes together."""
         label = f"tie {self.name!r}" if self.name else self._between
         for field in ("point_a", "point_b"):
             try:
@@ -96,6 +97,7 @@ class Tie(ReadOnly):
             raise InputError(
                 f"{label}: it has no strength; give yield_force (or area and yield_stress), bond_force or anchor_force"
             )
+        # far above the rounding of coordinates; ends at the very origin coincide too
         reach = max(float(np.abs(self.ends).max()), 1e-300)
         if not self.length > 1e-9 * reach:
             raise InputError(f"{label}: its two ends coincide, it has no length and no direction")
@@ -152,4 +154,5 @@ class Tie(ReadOnly):
 
     @property
     def _between(self) -> str:
+        """Its blocks in words, for messages."""
         return f"tie from {self.block_a!r} to {'the ground' if self.block_b is None else repr(self.block_b)}"

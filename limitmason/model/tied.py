@@ -15,12 +15,20 @@ from limitmason.errors import InputError
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.tie import Tie
 
+_ON_FACE = 10.0  # tolerances of contacts, chosen: a point this near outside a face is meant to be on it
+_LEAST_SLACK = 1e-9  # [m], of an assembly made by hand without a tolerance
+
 FAR_OUTSIDE = 0.5
 """Distance of an end from its block, in longest sides of the block, from which it is taken for a mistake."""
 
 
 def fitted(assembly: Blockwork, ties: Sequence[Tie]) -> tuple[Tie, ...]:
     """Ties with blocks by name, checked against an assembly.
+
+    Parameters
+    ----------
+    assembly : that they are fastened to
+    ties : with blocks by name or number
 
     Raises
     ------
@@ -38,6 +46,7 @@ def fitted(assembly: Blockwork, ties: Sequence[Tie]) -> tuple[Tie, ...]:
             raise InputError(f"{what}both ends are on block {names[0]!r}; join two blocks, or one to the ground")
         if assembly.fixed[a] and assembly.fixed[b]:
             raise InputError(f"{what}both ends are held ({names[0]!r}, {names[1]!r}): it would never pull")
+        # an end in the ground may lie anywhere
         for block, point in zip((a,) if tie.block_b is None else (a, b), tie.ends, strict=False):
             low, high = assembly.blocks[block].bounds
             outside = float(np.linalg.norm(np.maximum(np.maximum(low - point, point - high), 0.0)))
@@ -96,8 +105,8 @@ def ring_beam(
 
 
 def _block_at(assembly: Blockwork, point: Array) -> int:
-    """Number of the first block whose faces hold a point inside or on them, the free ones first."""
-    slack = max(10.0 * assembly.tolerance, 1e-9)
+    """Number of the first block that holds a point [m], shape (3,), inside or on its faces, the free ones first."""
+    slack = max(_ON_FACE * assembly.tolerance, _LEAST_SLACK)
     for block in sorted(range(assembly.n_blocks), key=lambda k: bool(assembly.fixed[k])):
         for part in assembly.blocks[block].parts:
             corners = part.vertices
@@ -107,6 +116,14 @@ def _block_at(assembly: Blockwork, point: Array) -> int:
 
 
 def _inside(corners: Array, point: Array, slack: float) -> bool:
-    """Whether a point lies on the inner side of a face, counter-clockwise from outside."""
+    """Whether a point lies on the inner side of a face.
+
+    Parameters
+    ----------
+    corners : of the face, counter-clockwise seen from outside [m], shape (n, 3)
+    point : [m], shape (3,)
+    slack : how far outside it still counts as inside [m]
+    """
+    # twice the vector area: a sum over triangles from the first corner
     normal = np.cross(corners - corners[0], np.roll(corners, -1, axis=0) - corners[0]).sum(axis=0)
     return bool((point - corners[0]) @ normal <= slack * np.linalg.norm(normal))
