@@ -125,7 +125,10 @@ class BlockStructure(DrivenStructure):
         self.at_rest = History.load(file, self.assembly)
 
     def check(self, file: Path, same: Mapping[str, str]) -> None:
-        """Refuse a file of another push; of another model by the block or joint that differs, and its field."""
+        """Refuse a file of another push.
+
+        One of another model is refused by the block or joint that differs, and its field.
+        """
         History.load(file, self.assembly)
         super().check(file, same)
 
@@ -153,7 +156,7 @@ class BlockStructure(DrivenStructure):
         return origin, float(run.rec.state.total[E_STEPS]) - origin if run.samples else 0.0
 
     def curve_of(self, run: StageRun, status: RunStatus, steps: int, seconds: float) -> PushCurve:
-        """Curve of a run that began at the settled state: displacement, force, errors and marks.
+        """Curve of a run from the settled state: displacement, force, errors and marks.
 
         Displacement is that of the block that the drive moves farthest, force what the drive exerts on all it moves,
         along the drive and conjugate in work. Sample 0 is the state at rest, with no force.
@@ -192,13 +195,13 @@ class BlockStructure(DrivenStructure):
 
 
 def default_spacing(assembly: Assembly) -> float:
-    """Spacing of contact points by default: half the smallest side of any joint [m], along either tangent."""
+    """Spacing of contact points by default, half the smallest side of a joint [m]."""
     x = assembly.arrays
     return 0.5 * float(extents(x, x.tangent_1, x.tangent_2).min())
 
 
 def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Plane | None:
-    """Plane across a global axis in which blocks stay, as the drive moves them; None in space and in other planes.
+    """Plane across a global axis in which driven blocks stay, None where there is none.
 
     ``unit`` is the twist of the blocks per displacement of 1 m, shape (n, 6).
     """
@@ -221,7 +224,7 @@ def _stages(drive: Drive, path: Sequence[float], steps: int) -> Sequence[Stage]:
     size = float(max(np.linalg.norm([m.get(k, 0.0) for k in names[:3]]) for m in drive.displacement.values()))
 
     def stage(length: float, count: float) -> Drive:
-        """Drive over a length [m], negative backwards, in so many steps; what it holds stays held."""
+        """Drive over a length [m], negative backwards, in so many steps."""
         moves = {b: {k: length * v / size for k, v in m.items()} for b, m in drive.displacement.items()}
         return Drive(moves, steps=max(round(count), 1), keep=True, servo=drive.servo, damping=drive.damping,
                      calm=drive.calm)

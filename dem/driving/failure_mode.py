@@ -27,11 +27,11 @@ _UPRIGHT = 0.7  # of a unit's length: within 45.6 degrees of it, as a soldier st
 
 
 class Mode(NamedTuple):
-    """Name of a mode and the parts of all movement of joints that it rests on, each 0 to 1 and weighed by area [-].
+    """Name of a mode and the parts of all movement of joints that it rests on.
 
-    ``soldiers``: opening and slip between upright units; ``head``: of all other upright joints; ``bed_slip``,
-    ``bed_opening``: of level joints; ``crushed``: closing beyond the compressive strength; ``one_level``: of the level
-    joints' movement, the part at the level with the most.
+    Each part is 0 to 1 and weighed by area [-]. ``soldiers``: opening and slip between upright units; ``head``: of all
+    other upright joints; ``bed_slip``, ``bed_opening``: of level joints; ``crushed``: closing beyond the compressive
+    strength; ``one_level``: of the level joints' movement, the part at the level with the most.
     """
 
     name: str

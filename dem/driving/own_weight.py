@@ -62,7 +62,9 @@ def settled(
 
 
 def evenly_where_it_slides(assembly: Assembly, stage: Settle, **how: Any) -> tuple[History, Settle]:
-    """Run of a first stage, and the stage: once more with loads that come on evenly where joints slide by at once.
+    """Run of a first stage that settles, and the stage as it was run.
+
+    Where joints slide by loads that act at once, it is run once more with loads that come on evenly.
 
     Parameters
     ----------
@@ -86,7 +88,7 @@ def _broken(history: History) -> bool:
 
 
 def weaken(state: State, before: State) -> None:
-    """Give the joints of a state the strengths back that they have in one before, of the same assembly.
+    """Give the joints of a state the strengths back that they had in one before.
 
     ``state`` is changed: its joints that were made to lose nothing, and its table of laws per interface.
     """

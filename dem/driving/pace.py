@@ -27,10 +27,11 @@ INVERSE = 2
 
 
 def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
-    """Steps of the slowest swing of closed, elastic joints on the scaled masses of a state, by Rayleigh's quotient.
+    """Steps of the slowest swing of a state on its scaled masses.
 
-    omega^2 = u K u / u M u with K u = f, f the dead loads and then twice M u: the period is below the exact one by the
-    square of what the shape lacks. Joints that open make it longer.
+    Joints are closed and elastic. By Rayleigh's quotient omega^2 = u K u / u M u with K u = f, f the dead loads and
+    then twice M u: the period is below the exact one by the square of what the shape lacks. Joints that open make it
+    longer.
 
     Parameters
     ----------
@@ -59,11 +60,11 @@ def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
 
 
 def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
-    """Stiffness matrix of a state with its joints closed and elastic, K = A k A^T + what the blocks' modes have.
+    """Stiffness matrix K of a state with its joints closed and elastic.
 
-    Column i of A is the opening or slip of one contact point per motion of the two blocks that meet there. All motions
-    of the blocks come first, then their modes. The shape of K is (6 n, 6 n), or (6 n + n m, 6 n + n m) for blocks with
-    m modes.
+    K = A k A^T, and the stiffness of the blocks' own modes. Column i of A is the opening or slip of one contact point
+    per motion of the two blocks that meet there. All motions of the blocks come first, then their modes. The shape of K
+    is (6 n, 6 n), or (6 n + n m, 6 n + n m) for blocks with m modes.
     """
     points, joints, modes = state.points, state.joints, state.modes
     rigid, owner = 6 * assembly.n_blocks, owners(joints)
@@ -87,20 +88,23 @@ def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
 
 
 def _deforms(state: State) -> Flags:
-    """Which modes the blocks have, of the most that one has, shape (n m,); empty of rigid blocks."""
+    """Which of at most m modes each block has, shape (n m,); empty of rigid blocks."""
     return np.zeros(0, dtype=bool) if state.modes is None else np.asarray(state.modes.inv_mass.ravel() > 0.0)
 
 
 def default_steps(period: float, least: int = LEAST_STEPS) -> int:
-    """Steps of the faster run of a push: forty of the slowest swings, and not fewer than a floor for brittle drops.
+    """Steps of the faster run of a push: forty of the slowest swings, or more.
 
-    ``period`` is the slowest swing in steps, ``least`` the floor.
+    Brittle drops need a floor. ``period`` is the slowest swing in steps, ``least`` the floor.
     """
     return max(int(np.ceil(SWINGS * period)), least)
 
 
 def softest_note(state: State, assembly: Assembly) -> str:
-    """What is softest against the rest, in words: a block against its joints, or a joint against the stiffest one."""
+    """What is softest against the rest, in words.
+
+    It is a block against its joints, or a joint against the stiffest one.
+    """
     if state.modes is not None:
         # the modes of dem.model.strain_shapes are scaled to K_mode + 2 K_joints = 1 each: a small K_mode is a soft
         # block between stiff joints, and 1 / K_mode about twice K_joints over it

@@ -179,7 +179,7 @@ class PushCurve(Curve, JointMarks):
         return self.mode_at(-1)
 
     def mode_at(self, index: int) -> Mode:
-        """Failure mode at a sample, by what joints have moved since the drive began; -1 is the last sample."""
+        """Failure mode by what joints have moved up to a sample, -1 for the last."""
         i = self.point(index).index
         since = (v[i] - v[0] for v in (self.opening, self.slip, self.crushed))
         return failure_mode(self.assembly, *since)
@@ -209,7 +209,7 @@ class PushCurve(Curve, JointMarks):
         return self._first_zone([z.plastic * sizes * (z.marks == TENSION) for z in self.zones], width)
 
     def first_crushing(self, strain: float) -> JointPoint | None:
-        """Where a zone that yielded in shear, and never failed in tension, first has a plastic strain.
+        """Where a zone that yielded in shear alone first has a plastic strain.
 
         It is None where none has.
 
@@ -229,7 +229,7 @@ class PushCurve(Curve, JointMarks):
         return self.mesh
 
     def _first_zone(self, values: Sequence[Array], least: float) -> JointPoint | None:
-        """First sample at which a zone has ``least`` or more, and the block of the zone that has the largest value.
+        """First sample at which a zone has ``least``, at the block where it has most.
 
         ``values`` holds one array per sample, shape (zones,).
         """
@@ -302,7 +302,7 @@ class PushCurve(Curve, JointMarks):
 
 
 def told(curve: PushCurve, label: str) -> PushCurve:
-    """A curve as it was recorded, with what a reader must know of it: label, source, events and warnings.
+    """A curve with what a reader must know of it: source, events and warnings.
 
     ``label`` is what a legend calls it.
     """
@@ -337,9 +337,10 @@ def told(curve: PushCurve, label: str) -> PushCurve:
 
 
 def swing_of(load: Array) -> float:
-    """Half the range in which nine tenths of the loads lie about their running median, over the peak [-].
+    """Swing of the load about its running median, over the peak [-].
 
-    The median runs over a tenth of the samples; ``load`` [N] has one value per sample.
+    It is half the range in which nine tenths of the loads lie. The median runs over a tenth of the samples; ``load``
+    [N] has one value per sample.
     """
     width = len(load) // 10 | 1  # an odd number of samples has a middle one
     middle = np.median(np.lib.stride_tricks.sliding_window_view(load, width), axis=1)
@@ -349,7 +350,7 @@ def swing_of(load: Array) -> float:
 
 
 def missed_between(load: Array) -> float:
-    """How much higher the load may have been between its largest sample and the next, over the peak [-].
+    """Load beyond the largest sample that may have been missed, over the peak [-].
 
     Where it falls at once, by more than twice its last rise, it may have risen for almost a sample more; 0 elsewhere,
     and at the ends of the curve. ``load`` has one value per sample [N].
@@ -363,7 +364,7 @@ def missed_between(load: Array) -> float:
 
 
 def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:
-    """A note where the kinetic energy is more than a small part of the work, from which displacement on.
+    """A note from which displacement on a curve is dynamic, none where it is not.
 
     ``displacement`` [m] and ``kinetic``, the energy over the work [-], have one value per sample.
     """
@@ -378,7 +379,7 @@ def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:
 
 
 def _zone_events(curve: PushCurve) -> list[Event]:
-    """Where the first zone of a curve yields, and where the first one cracks; none of blocks without zones."""
+    """Where the first zone of a curve yields and cracks; none of other blocks."""
     events = []
     for name, wanted in (("unit yields", (AT_YIELD, YIELDED)), ("unit cracks", (TENSION,))):
         for i, state in enumerate(curve.zones):

@@ -40,11 +40,11 @@ class Follower:
         self.begin(0.0)
 
     def begin(self, origin: float, done: float = 0.0) -> None:
-        """A run begins, or is taken up: it counts steps from ``origin`` and has ``done`` so many of its own."""
+        """Begin a run that counts steps from ``origin`` and has ``done`` so many."""
         self.origin, self.begun, self.clock = origin, done, time.perf_counter()
 
     def __call__(self, sampled: Mapping[str, Any]) -> object:
-        """Pass a sample on, with the part done [-] and the time left [s]; returns the answer.
+        """Pass a sample on with the part done [-] and the time left [s].
 
         ``sampled`` is what was recorded, by name, and its "step". A run counts steps from its ``origin``; ``begun`` of
         its ``count`` were there when it was taken up, and ``before`` steps belong to runs before it, out of ``total``.
@@ -62,7 +62,10 @@ class Follower:
 
 
 def turning_points(to: float | Sequence[float]) -> list[float]:
-    """Displacements at which the path of a push turns or ends [m]: one or several, each from the start, checked."""
+    """Displacements at which the path of a push turns or ends [m], checked.
+
+    ``to`` is one or several, each counted from the start.
+    """
     path = [float(v) for v in np.atleast_1d(numbers("to [m]", to))]
     ends = np.diff([0.0, *path])
     if not len(path) or not np.isfinite(path).all() or not (np.abs(ends) > 0.0).all():
@@ -71,7 +74,7 @@ def turning_points(to: float | Sequence[float]) -> list[float]:
 
 
 def unit_twist(drive: Drive, assembly: Assembly) -> tuple[Array, Flags]:
-    """Twist of the blocks per displacement of 1 m, and the freedoms the drive holds, shapes (n, 6)."""
+    """Twist of the blocks per 1 m of a drive, and what it holds, shapes (n, 6)."""
     if not isinstance(drive, Drive):
         raise InputError(f"drive must be a limitmason Drive such as Drive({{'plate': {{'z': -1.0}}}}), got {drive!r}")
     travel, held = drive.twists(assembly)
@@ -130,7 +133,7 @@ class DrivenStructure(ABC):
     to_settle = 0.0
 
     def __init__(self, assembly: Assembly, drive: Drive, loads: Loads | None, chosen: PushSettings) -> None:
-        """What is driven and how, with dead ``loads`` or self weight where None; nothing moves yet."""
+        """Take what is driven, under dead ``loads`` or self weight where None."""
         self.assembly, self.chosen = assembly, chosen
         self.unit, self.held = unit_twist(drive, assembly)
 
@@ -161,7 +164,7 @@ class DrivenStructure(ABC):
 
     @abstractmethod
     def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> Any:
-        """Run of a copy along a path in so many steps, from its start or from where a file says that it stood.
+        """Run of a copy along a path, from its start or from where a file says it stood.
 
         Parameters
         ----------
@@ -177,7 +180,10 @@ class DrivenStructure(ABC):
 
     @abstractmethod
     def curve_of(self, run: Any, status: RunStatus, steps: int, seconds: float) -> PushCurve:
-        """Curve of a run: how it ended, the steps that it was to take, and the seconds that it took."""
+        """Curve of a run.
+
+        ``status`` is how it ended, ``steps`` those that it was to take, ``seconds`` what it took [s].
+        """
 
     def step_time(self) -> float:
         """Time that a step takes [s], from a few of a copy once they are compiled."""
@@ -203,7 +209,7 @@ class DrivenStructure(ABC):
     def drive(
         self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None, follow: Follower
     ) -> PushCurve:
-        """Drive a copy along a path in so many steps, or on from where a file says that it stood.
+        """Drive a copy along a path, or on from where a file says that it stood.
 
         Parameters
         ----------

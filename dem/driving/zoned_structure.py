@@ -282,7 +282,7 @@ class ZonedStructure(DrivenStructure):
         recording.read_model(file, self.model)
 
     def _unsettled(self) -> str:
-        """Why the model did not settle, in words: it moves, or it is at rest but for the rounding of stiff springs."""
+        """Why the model did not settle, in words: it moves, or springs round too much."""
         force = f"unbalanced force {running.unbalance(self.model):.2g} of the mean applied force per node"
         if self.model.total[Z_KINETIC] < AT_REST * running.read(self.model).energy:
             return (

@@ -103,7 +103,7 @@ def collapse(
 
 
 def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Prediction:
-    """Search for the largest load that stands, and repeats of it, with the settings ``chosen``."""
+    """Search for the largest load that stands, with the settings ``chosen``."""
     begun = time.perf_counter()
     unit = _unit(assembly, loads)
     points, model = chosen_points(assembly, chosen.contact_points, chosen.contact_model)
@@ -226,7 +226,7 @@ def _budget(
 
 
 def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[float]) -> list[str]:
-    """Notes on a search ``found`` with controls ``c`` and the loads [-] that it left undecided.
+    """Notes on a search with controls ``c`` and the loads [-] it left undecided.
 
     They say that it was interrupted, what is undecided in its bracket, and that blocks moved far at rest.
     """
@@ -243,13 +243,13 @@ def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[floa
 
 
 def _same(found: Search, again: Search) -> bool:
-    """Whether a repeat's multiplier differs by less than ``WARNED``, wherever the two may lie in their brackets."""
+    """Whether a repeat differs by less than ``WARNED`` wherever the brackets hold it."""
     least, most = again.stable / found.moving, again.moving / found.stable
     return bool(1.0 - WARNED <= least <= most <= 1.0 + WARNED)
 
 
 def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
-    """Farthest that a load in equilibrium moved a block, over ``moved_limit`` times the smallest edge [-]."""
+    """Farthest that a load that stood moved a block, over what is collapse [-]."""
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED):
         return 0.0
     moved = max((v.moved for load, v in found.record if load and v.outcome == EQUILIBRIUM), default=0.0)
@@ -310,7 +310,7 @@ def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Se
 
 
 def _at_half_rate(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
-    """Repeat of the last tenth of the climb of a search ``found``, every increment halved, with controls ``c``."""
+    """Repeat of a search's last tenth in halved increments, with controls ``c``."""
     begin, state = found.near if found.near is not None else (0.0, found.state)
     climbed = [begin]
     for value, verdict in found.record:
@@ -328,7 +328,7 @@ def _least_balanced(assembly: Assembly, found: Search, load: float) -> str:
 
 
 def _unbalanced(assembly: Assembly, loads: Loads, found: Search) -> float:
-    """Part of the multiplier that the largest load in equilibrium owes to forces not quite balanced [-].
+    """Part of the multiplier owed to forces that are not quite balanced [-].
 
     Joint forces within their strength that leave a wrench r unbalanced carry the load less r: by the static theorem the
     multiplier is at least the load's less the power of r, over that of the live load, in the mechanism.
@@ -352,7 +352,7 @@ def _range(found: Search, interval: tuple[float, float] | None, budget: Mapping[
 
 
 def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced: float) -> tuple[float, float] | None:
-    """Bracket, with the changes of the error budget summed on each side; None without a bracket.
+    """Bracket widened on each side by the error budget [-], None without one.
 
     A repeat knows its own multiplier only to its own bracket, twice as wide as the search's: what it may lie below or
     above the bracket found counts, and not the distance of the two largest loads that stood. ``unbalanced`` is what
@@ -375,7 +375,7 @@ def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced
 
 
 def _unit(assembly: Assembly, loads: Loads) -> float:
-    """Multiplier at which the live forces on all blocks equal the dead ones, the natural scale of the search [-]."""
+    """Multiplier at which live forces equal dead ones, the scale of the search [-]."""
     if len(loads.dead) != assembly.n_blocks:
         raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
     moves = ~assembly.held

@@ -245,11 +245,11 @@ class _Bracket:
 
     @property
     def width(self) -> float:
-        """Width from which the bracket is closed [-]: the tolerance of a multiplier, that of a small one near 0."""
+        """Width from which the bracket is closed [-], that of a small load near 0."""
         return self.c.tolerance * max(abs(self.stable), _SMALL * self.c.unit)
 
     def next_load(self) -> float | None:
-        """Load to try next, or None where the bracket is closed, infinite where every load is held.
+        """Load to try next, None where the bracket is closed, infinite where all stand.
 
         Upwards through the loads that were asked for, then in strides until one is refused; then by halving.
         """
@@ -295,7 +295,7 @@ class _Bracket:
         self.refused, self.refused_from = new, self.stable
 
     def part(self, tried: int) -> float | None:
-        """Part of the search that is done [-], None while nothing was refused: how far it climbs is not known before.
+        """Part of the search that is done [-], None while nothing was refused.
 
         Loads tried, over those and the halvings left until the bracket is closed.
         """
@@ -309,7 +309,7 @@ class _Bracket:
 
 
 def _mechanism(assembly: Assembly, loads: Loads, state: State) -> Mechanism | None:
-    """Velocities of a state as a mechanism, None where it stands still or does not move along the live load."""
+    """Velocities of a state as a mechanism, None where the live load does no work."""
     now = state.resultants(assembly)
     twists = np.concatenate([state.bodies.vel, state.bodies.spin], axis=1)
     if not twists.any():

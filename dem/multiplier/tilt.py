@@ -123,7 +123,7 @@ class TiltTest(Displayed, Readings):
 
     @property
     def rate_change(self) -> float:
-        """Relative change of max(Rh / Rv) from the last run but one to the last [-], NaN where no table turned."""
+        """Relative change of max(Rh / Rv) in the last run [-], NaN without runs."""
         return self.runs[-1].peak / self.runs[-2].peak - 1.0 if self.runs else float("nan")
 
     @property
@@ -280,7 +280,7 @@ def tilt_test(
 def _judged(
     bracket: Search, runs: list[TableRun], repeat: float, last_tangent: float, tolerance: float
 ) -> tuple[TiltStatus, float, list[str]]:
-    """Status, multiplier [-] and notes for the reader, from tables that turned and tables that stopped.
+    """Status, multiplier [-] and notes, from tables that turned and that stopped.
 
     The multiplier is the least at which the wall was seen to fall on either. They contradict each other where the wall
     fell on a table that turned below an angle at which it stood on a stopped one: that is no answer.
@@ -318,7 +318,7 @@ def _judged(
 def _stopped(
     assembly: Assembly, loads: Loads, settled: History, runs: list[TableRun], last_tangent: float, tolerance: float
 ) -> Search:
-    """Bracket of the tangent of the tilt by tables that stop and wait until the wall stands still or falls.
+    """Bracket of the tangent of the tilt, by tables that stop and wait.
 
     Against a ratio of reactions this judges every block by its own load and motion: a stone of a thousandth of the
     weight does not show in the reactions, and a wall that slides shows tan(phi) before and after.
@@ -342,7 +342,7 @@ def _stopped(
     guess = min(read, max(_at_rate_zero(runs), 0.5 * read))
 
     def turned(tangent: float) -> Array:
-        """Weight of every block, as large as upright, on a table tilted to a tangent [-]; shape (n, 15)."""
+        """Weight of every block on a table tilted to a tangent [-], shape (n, 15)."""
         return (loads.rows("dead") + tangent * loads.rows("live")) / np.hypot(1.0, tangent)
 
     return held_loads(
@@ -352,13 +352,13 @@ def _stopped(
 
 
 def _at_rate_zero(runs: Sequence[TableRun]) -> float:
-    """Max(Rh / Rv) of the last two of several runs, continued in a line to a table that stands still [-]."""
+    """Max(Rh / Rv) of the last two runs, continued in a line to no speed [-]."""
     (fast, high), (slow, low) = runs[-2:]
     return low - (high - low) * slow / (fast - slow)
 
 
 def _read(history: History, begun: float, downhill: Array, weight: float) -> Readings:
-    """Readings of a turning table since a step: angles, reactions over the weight, their ratio.
+    """Readings of a turning table: angles, reactions over the weight, their ratio.
 
     The blocks stay upright and their weight turns, so that the reactions come in axes of the table.
 
@@ -379,7 +379,7 @@ def _read(history: History, begun: float, downhill: Array, weight: float) -> Rea
 
 
 def _reached(ratio: Array, multiplier: float) -> int:
-    """First sample at which the ratio reaches the multiplier, or its own maximum where that is less.
+    """First sample at which a ratio reaches the multiplier, or its lower maximum.
 
     The ratio is Rh / Rv of every sample [-], NaN where the wall has left the table. None known: the last one.
     """
@@ -388,7 +388,7 @@ def _reached(ratio: Array, multiplier: float) -> int:
 
 
 def _peak(ratio: Array) -> float:
-    """Largest running median of Rh / Rv over a few samples [-]: one sample of noise is no peak.
+    """Largest running median of Rh / Rv [-]: one sample of noise is no peak.
 
     The ratio of a sample is NaN where the wall has left the table. The peak is 0 where no ratio is known.
     """

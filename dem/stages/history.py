@@ -283,7 +283,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         }
 
     def _against_ground(self) -> Array:
-        """Displacement of the recorded blocks against the mean of the held ones among them [m], (samples, r, 3)."""
+        """Displacement of recorded blocks against the held ones [m], (samples, r, 3)."""
         held = self.assembly.fixed[self._blocks]
         if held.any():
             return np.asarray(self.shift - self.shift[:, held].mean(axis=1, keepdims=True))
@@ -356,12 +356,12 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
 
     @property
     def kinetic_ratio(self) -> Array:
-        """Kinetic energy over the work of the loads so far [-], small where a run is quasi-static; shape (samples,)."""
+        """Kinetic energy over work so far [-], small in quasi-static runs, (samples,)."""
         work = np.abs(self.scalars["applied"]) + np.abs(self.scalars["support"])
         return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)
 
     def kinetic_ratio_since(self, before: History) -> Array:
-        """Kinetic energy over the work of loads and drives since the end of an earlier history [-], (samples,)."""
+        """Kinetic energy over the work since an earlier history [-], (samples,)."""
         work = np.abs(self.scalars["applied"] - before.scalars["applied"][-1])
         work += np.abs(self.scalars["support"] - before.scalars["support"][-1])
         return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)

@@ -111,7 +111,7 @@ class Recorder:
         self.status = RunStatus.FINISHED
 
     def take_up(self, history: History) -> None:
-        """Go on with the samples, notes and sums of energy of an interrupted run, from its history."""
+        """Go on with samples, notes and energies of an interrupted run's history."""
         self.blocks, self.notes, self.status = history.reaction_blocks, list(history.warnings), history.settings.status
         self.same = history.same
         self.samples.shapes["reaction"] = (len(self.blocks), 6)
@@ -141,7 +141,7 @@ class Recorder:
             )
 
     def note_motion_after_ramp(self, ramp: Stage, shift: Array) -> None:
-        """Say how far blocks moved on since a place [m] while loads were held to which a ramp had led.
+        """Say how far blocks moved on while loads were held to which a ramp had led.
 
         Parameters
         ----------
@@ -191,7 +191,10 @@ class Recorder:
         return bool(len(met))
 
     def _beyond(self) -> bool:
-        """Whether blocks have moved so far that the first contacts may no longer be all there are; noted at first."""
+        """Whether the first contacts may no longer be all there are.
+
+        When that is seen first, it is noted.
+        """
         block, moved = farthest(self.assembly, self.state, self.reach)
         beyond, names = moved > SMALL * self.margin, [block]
         if beyond:
@@ -222,7 +225,10 @@ class Recorder:
         return beyond or bool((self.state.interface < 0).any())
 
     def steps_to_look(self) -> int:
-        """Steps until contacts must be looked after: no corner may travel more than half the margin in between."""
+        """Steps until contacts must be looked after.
+
+        In between no corner may travel more than half the margin.
+        """
         if self.every is None:
             return _NEVER
         left = _LET * self.margin - self.watch.travelled
@@ -251,7 +257,10 @@ class Recorder:
             self._detect(sharp=True)
 
     def _energies(self) -> dict[str, float]:
-        """Energies and works now, by column [J]; kinetic energy is that of the velocities half a step ago."""
+        """Energies and works now, by column [J].
+
+        Kinetic energy is that of the velocities half a step ago.
+        """
         state = self.state
         now = {"kinetic": state.energy_of_motion(), "elastic": state.measured(self.assembly).elastic_energy}
         return now | {c: float(state.total[k]) for c, k in _SUMS.items()}
@@ -276,7 +285,7 @@ class Recorder:
             self._detect()
 
     def _detect(self, *, sharp: bool = False) -> None:
-        """Search for contacts now, of sharp corners only where ``sharp``; and set when the next search is due."""
+        """Search for contacts, of corners alone where ``sharp``, and set the next search."""
         notes, soonest = redetect(self.assembly, self.state, Pieces.of(self.assembly), margin=self.margin, sharp=sharp)
         self.notes += notes
         if not sharp:
@@ -284,7 +293,9 @@ class Recorder:
         self.watch.due = self.watch.since + max(SOONEST, int(min(soonest / self.state.dt, self.every or 0)))
 
     def add(self, state: State, stage: int) -> dict[str, float]:
-        """Record a sample, which is returned by column; refuse a state in which energy appears from nowhere.
+        """Record a sample, and return it by column.
+
+        A state in which energy appears from nowhere is refused.
 
         Parameters
         ----------

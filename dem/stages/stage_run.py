@@ -59,7 +59,10 @@ class StageRun:
 
     @property
     def where(self) -> tuple[float | None, str]:
-        """Part of the stages that is done, None while a stage ends when it likes, and where it stands in words."""
+        """Part of the stages that is done, and where the run stands in words.
+
+        The part is None in a stage that ends when it likes.
+        """
         words = f"{type(self.stage).__name__.lower()}, stage {self.at.stage + 1} of {len(self.rec.stages)}"
         # of a Settle nobody knows how many steps it takes: it counts as none
         steps = [0.0 if isinstance(s, Settle) else self._steps_of(s) for s in self.rec.stages]
@@ -185,9 +188,10 @@ class StageRun:
         self.over = self.pause and number + 1 == len(rec.stages)
 
     def _prescribe(self, stage: Stage) -> None:
-        """Lay out what is prescribed in a stage: twists per unit of their factor, shape (d, n, 6), and what they hold.
+        """Lay out what is prescribed in a stage, and hold the freedoms that it moves.
 
-        They come in the order of :meth:`_speeds`: the ground that coasts, a base motion or a drive, and the servos.
+        Twists are per unit of their factor, shape (d, n, 6). They come in the order of :meth:`_speeds`: the ground that
+        coasts, a base motion or a drive, and the servos.
         """
         rec, state, at = self.rec, self.rec.state, self.at
         n, held = rec.assembly.n_blocks, rec.assembly.held.copy()
@@ -251,7 +255,10 @@ class StageRun:
         return int((self.rec.state.time - self.at.begun) / self.sample + _WHOLE)
 
     def _to_sample(self) -> int:
-        """Steps to the next sample: to a multiple of a number of steps, or to the first step after one of a time."""
+        """Steps to the next sample.
+
+        It lies at a multiple of a number of steps, or at the first step after one of a time.
+        """
         if isinstance(self.sample, int):
             return self.sample - self.at.done % self.sample
         ahead = self.at.begun + (self._sample_number() + 1) * self.sample - self.rec.state.time
@@ -276,7 +283,7 @@ class StageRun:
         return min(count, CALM_EVERY), at.waited < PATIENCE and restless(state, self.calm)
 
     def _table(self, count: int) -> Array:
-        """Factors of the load cases before and after each of the next ``count`` steps, shape (count + 1, 5)."""
+        """Factors of the load cases at the ends of ``count`` steps, (count + 1, 5)."""
         at, state, ahead = self.at, self.rec.state, np.arange(count + 1)
         if self.steps is not None:
             part = (at.done + ahead) / self.steps
@@ -306,7 +313,7 @@ class StageRun:
         return np.concatenate([speeds, np.tile(descent, (count, 1))], axis=1) if descent else speeds
 
     def _ends(self, sampled: Mapping[str, float]) -> bool:
-        """Whether the stage ends before its length is over: it has settled, or a block has moved too far.
+        """Whether the stage ends before its time: settled, or a block moved too far.
 
         Parameters
         ----------
@@ -332,14 +339,20 @@ class StageRun:
 
 
 def _of_ground(held: Flags, velocity: Sequence[float] | Array) -> Array:
-    """Twists of all blocks that move with the ground at a velocity [m/s], on the freedoms held, shape (n, 6)."""
+    """Twists of blocks that move with the ground, on what is held, shape (n, 6).
+
+    ``velocity`` is that of the ground [m/s].
+    """
     out = np.zeros(held.shape)
     out[:, :3] = held[:, :3] * np.asarray(velocity)
     return out
 
 
 class _Jack:
-    """A servo at work: block, wanted push downwards [N], and its row in :attr:`Position.servo`: what it has learnt."""
+    """A servo at work.
+
+    It has its block, the push downwards that is wanted [N], and what it has learnt, a row of ``Position.servo``.
+    """
 
     def __init__(self, assembly: Assembly, state: State, block: int | str, servo: Servo, learnt: Array) -> None:
         """Jack on a block, with what it has learnt before.

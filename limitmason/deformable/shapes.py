@@ -65,26 +65,26 @@ class Body(ReadOnly):
         return len(self.coefficients)
 
     def displacement(self, points: Array) -> Array:
-        """Displacement of every shape at points [m], (m, 3), per unit of its coordinate [m], shape (m, k, 3)."""
+        """Displacement of a unit of every shape at points [m], shape (m, k, 3)."""
         value, _ = products(self._scaled(points), self.powers)
         return np.asarray(np.einsum("me,kce,ci->mki", value, self.coefficients, self.axes, optimize=True))
 
     def strain(self, points: Array) -> Array:
-        """Strain of a unit of every shape at points [m], (m, 3), along the global axes [-], shape (m, k, 3, 3)."""
+        """Strain of a unit of every shape at points, global axes, shape (m, k, 3, 3)."""
         _, slope = products(self._scaled(points), self.powers)
         gradient = np.einsum("mej,kce->mkcj", slope / self.half, self.coefficients, optimize=True)
         own = 0.5 * (gradient + gradient.transpose(0, 1, 3, 2))
         return np.asarray(self.axes.T @ own @ self.axes)
 
     def stress(self, points: Array) -> Array:
-        """Stress of a unit of every shape at points [m], (m, 3), tension positive [Pa], shape (m, k, 3, 3)."""
+        """Stress of a unit of every shape, tension positive [Pa], shape (m, k, 3, 3)."""
         return self.elasticity.stress(self.strain(points))
 
     def linear_stress(self, block: Block) -> tuple[Array, Array]:
-        """Mean stress of every shape [Pa] and the gradient nearest to its stress [Pa/m], per unit of its coordinate.
+        """Mean stress of every shape [Pa] and its gradient by least squares [Pa/m].
 
-        Shapes (k, 3, 3) and (k, 3, 3, 3), the last index along which it changes. The block is the one that the shapes
-        are of.
+        They are per unit of its coordinate. Shapes (k, 3, 3) and (k, 3, 3, 3), the last index along which it changes.
+        The block is the one that the shapes are of.
         """
         x, w = volume_points(block.parts[0], block.centroid)
         stress = self.stress(x + block.centroid)
@@ -244,9 +244,9 @@ def _longest(vectors: Array) -> tuple[Array, Index]:
 
 
 def volume_points(solid: Solid, centre: Array, order: int = 4) -> tuple[Array, Array]:
-    """Points [m] from ``centre`` and weights [m3], exact for polynomials up to ``order`` over a convex solid.
+    """Quadrature over a convex solid, exact for polynomials up to ``order``.
 
-    Shapes are (m, 3) and (m,).
+    Points are from ``centre`` [m], shape (m, 3), weights [m3], shape (m,).
 
     Tetrahedra from the centre to the triangles of the faces, each with a product of Gauss and Jacobi rules on the
     collapsed cube (Stroud 1971, conical product).
@@ -268,10 +268,11 @@ def volume_points(solid: Solid, centre: Array, order: int = 4) -> tuple[Array, A
 
 
 def products(x: Array, powers: Index) -> tuple[Array, Array]:
-    """Products of Legendre polynomials at scaled coordinates x (m, 3), shape (m, e), and their gradient, (m, e, 3).
+    """Products of Legendre polynomials, shape (m, e), and gradients, (m, e, 3).
 
     Parameters
     ----------
+    x : scaled coordinates of points [-], shape (m, 3)
     powers : degree along every axis of each product, shape (e, 3)
     """
     most = int(powers.max())

@@ -74,10 +74,11 @@ def simply_deformable_blocks(assembly: Assembly, state: str, normal: ArrayLike |
 
 
 def _shapes(elasticity: Elasticity, x: Array) -> tuple[tuple[str, ...], list[Array]]:
-    """Names of the shapes and their values at points in the block's axes, (m, 3) each, rigid motions left in.
+    """Names of the shapes and their values at points, rigid motions left in.
 
-    They are the displacements of the strains and stresses that :func:`simply_deformable_block` names. Axis i is along,
-    j across and k the third in space; their coordinates are a, b and c.
+    Values are along the block's axes, shape (m, 3) each. They are the displacements of the strains and stresses that
+    :func:`simply_deformable_block` names. Axis i is along, j across and k the third in space; their coordinates are a,
+    b and c.
 
     Parameters
     ----------

@@ -39,7 +39,15 @@ _OUTSIDE = 1e-2  # of the size of the structure: a point farther from all boxes 
 
 @dataclass(frozen=True, eq=False)
 class BlockCarrier:
-    """Shapes of blocks, displacement and rotation about each centroid and coordinates of what deforms, (n, 6 + k)."""
+    """How shapes of blocks move points.
+
+    A shape has displacement, rotation about the centroid and coordinates of what deforms for every block, (n, 6 + k).
+
+    Parameters
+    ----------
+    assembly : the blocks
+    shapes : of each that deforms, None of rigid ones; empty where all are rigid
+    """
 
     assembly: Assembly
     shapes: Sequence[Body | None] = ()
@@ -60,9 +68,10 @@ class BlockCarrier:
         return ~self.assembly.fixed
 
     def at(self, shape: Array, points: Array) -> Array:
-        """Displacement of points by the block whose bounding box holds them, or is nearest [m], shape (p, 3).
+        """Displacement of points [m], shape (p, 3).
 
-        u = u_b + theta_b x (x - x_b), and the displacement by its shapes where the block deforms.
+        A point goes with the block whose bounding box holds it, or is nearest: u = u_b + theta_b x (x - x_b), and the
+        displacement by its shapes where the block deforms.
 
         Parameters
         ----------
@@ -144,7 +153,9 @@ def closed_system(
 def state_stiffness(
     normal: Array, shear: Array, limit: Array, tension: Array, kn: Array, ks: Array, sliding: str
 ) -> tuple[Array, str]:
-    """Stiffness (kn, ks, ks) per point of a state [Pa/m], shape (m, 3), and how many points are open and slide.
+    """Stiffness (kn, ks, ks) per point of a state [Pa/m], shape (m, 3), and a text.
+
+    The text says how many points are open and slide.
 
     Parameters
     ----------
@@ -180,7 +191,9 @@ def block_system(
     shapes: Sequence[Body | None] | None = None,
     blocks: str = RIGID,
 ) -> VibratingSystem:
-    """Stiffness and mass of blocks on springs at contact points: K = A k A^T, M of rigid motions and shapes.
+    """Stiffness and mass of blocks on springs at contact points.
+
+    K = A k A^T, and M is that of rigid motions and shapes.
 
     Parameters
     ----------
@@ -239,7 +252,9 @@ def block_system(
 
 
 def _spread(free: Flags, basis: Array, place: Flags, vector: Array) -> Array:
-    """Motion of all blocks from a vector of the free unknowns, shape (n, 6 + m): (u, theta, coordinates of shapes).
+    """Motion of all blocks from a vector of the free unknowns, shape (n, 6 + m).
+
+    A row is (u, theta, coordinates of shapes) of a block.
 
     Parameters
     ----------

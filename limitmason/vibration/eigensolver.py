@@ -105,7 +105,9 @@ def largest_of(system: VibratingSystem) -> float:
 
 
 def _inverse(system: VibratingSystem, largest: float) -> tuple[Callable[[Array], Array], float]:
-    """Product with (K - shift M)^-1, and the shift: 0, or below it where nothing holds a motion.
+    """Product with (K - shift M)^-1, and the shift [1/s2].
+
+    It is 0, or below where nothing holds a motion.
 
     Parameters
     ----------
@@ -148,7 +150,7 @@ def _corrected(matrix: sparse.csc_array) -> Callable[[Array], Array]:
 def _found(
     solve: Callable[[Array], Array], shift: float, system: VibratingSystem, block: Array, count: int
 ) -> tuple[Array, Array]:
-    """Eigenvalues and vectors of as many as the block has, of which the lowest ``count`` converged.
+    """As many eigenvalues as the block has, of which ``count`` have converged.
 
     Parameters
     ----------
@@ -195,7 +197,9 @@ def _found(
 
 
 def _orthonormal(x: Array, mass: sparse.csc_array) -> Array:
-    """Columns of unit mass, orthogonal by mass, that span those of x, (n, b); fewer where these depend on each other.
+    """Columns of unit mass, orthogonal by mass, that span those of x, (n, b).
+
+    There are fewer where these depend on each other.
 
     Twice, as rounding of nearly dependent columns leaves the first answer not quite orthogonal.
     """

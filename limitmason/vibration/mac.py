@@ -100,7 +100,9 @@ class Mac(Displayed, Tabular, ReadOnly):
         return out
 
     def _shared(self, a: list[int], b: list[int]) -> Array:
-        """Squared cosines of the principal angles between two spaces (Bjorck and Golub 1973), largest first.
+        """Squared cosines of the principal angles between two spaces, largest first.
+
+        By Bjorck and Golub (1973).
 
         Parameters
         ----------
@@ -139,7 +141,9 @@ class Mac(Displayed, Tabular, ReadOnly):
 
 
 def _groups(frequency: Array) -> list[list[int]]:
-    """Numbers of the modes, from 0, in groups in which each frequency follows the last within ``CLOSE`` of it.
+    """Numbers of the modes, from 0, in groups of close frequencies.
+
+    Each frequency of a group follows the last within ``CLOSE`` of it.
 
     Parameters
     ----------
@@ -157,7 +161,9 @@ def _groups(frequency: Array) -> list[list[int]]:
 
 
 def _root(gram: Array) -> Array:
-    """Matrix R that makes vectors orthonormal, R^H G R = 1, fewer columns where the vectors depend on each other.
+    """Matrix R that makes vectors orthonormal, R^H G R = 1.
+
+    It has fewer columns where the vectors depend on each other.
 
     Parameters
     ----------
@@ -271,7 +277,9 @@ def mac(
 def _compared(
     products: tuple[Array, Array, Array], frequency: list[Array], unseen: tuple[tuple[int, ...], ...] = ((), ())
 ) -> Mac:
-    """MAC_ij = |C_ij|^2 / (A_ii B_jj) from the products of two sets of shapes; refuses a mode that moves nothing.
+    """MAC_ij = |C_ij|^2 / (A_ii B_jj) from the products of two sets of shapes.
+
+    A mode that moves nothing is refused.
 
     Parameters
     ----------

@@ -157,7 +157,7 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
 
 
 def solved(system: VibratingSystem, count: int) -> Modes:
-    """The ``count`` lowest modes of a system, with residuals and the number of modes that lie below the last.
+    """The ``count`` lowest modes of a system, with residuals and a count of all.
 
     Parameters
     ----------
@@ -189,10 +189,10 @@ def solved(system: VibratingSystem, count: int) -> Modes:
 
 
 def _directed(system: VibratingSystem, value: Array, vector: Array) -> Array:
-    """Eigenvectors with a sign, repeated ones also with directions, that rounding and numbering do not choose.
+    """Eigenvectors whose sign does not hang on rounding or numbering.
 
-    The first of a group of equal ones has the largest of one moment, the others none of it, and so on. Moments are
-    taken in the order of their degree, translations before rotations of blocks.
+    Nor do the directions of repeated ones. The first of a group of equal ones has the largest of one moment, the others
+    none of it, and so on. Moments are taken in the order of their degree, translations before rotations of blocks.
 
     Parameters
     ----------
