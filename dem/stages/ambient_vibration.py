@@ -45,6 +45,8 @@ def white_noise(
     frequency = np.fft.rfftfreq(n, step)
     phase = np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, len(frequency))
     inside = (frequency >= lowest) & (frequency <= highest)
+    if not inside.any():
+        raise InputError(f"{duration:g} s are too short: no wave from {lowest:g} to {highest:g} Hz comes whole in them")
     # whole periods of every wave in the record: velocity ends where it began
     record = np.fft.irfft(np.where(inside, np.exp(1j * phase), 0.0), n)
     # it comes and goes within half a period of the lowest wave, and keeps no velocity by that

@@ -44,7 +44,7 @@ LEAD = 0.05
 """Displacement after a ramp, over the largest one, from which blocks that went ahead of it are pointed out [-]."""
 
 FALLEN = 2.0
-"""Displacement of a block that ends a Settle, over the size of the structure [-]."""
+"""Displacement of a block that ends a Settle, over the extent of all joints [-], which a structure is as large as."""
 
 
 class Recorder:
@@ -159,7 +159,7 @@ class Recorder:
             )
 
     def fallen(self, shift: Array) -> bool:
-        """Whether a block has fallen since a place [m], by more than the structure is large; noted.
+        """Whether a block has fallen farther than all joints together extend; noted.
 
         Parameters
         ----------
@@ -170,8 +170,8 @@ class Recorder:
         if gone[block] <= FALLEN * size:
             return False
         self.notes.append(
-            f"block {self.assembly.blocks[block].name!r} has fallen by {gone[block]:.2g} m, {FALLEN:g} times the size "
-            "of the structure: it does not come to rest"
+            f"block {self.assembly.blocks[block].name!r} has fallen by {gone[block]:.2g} m, {FALLEN:g} times the "
+            "extent of all joints: it does not come to rest"
         )
         return True
 

@@ -143,3 +143,5 @@ def test_wrong_input_is_refused(runs):
     assert np.std(dem.white_noise(2.0, rms=0.3, highest=20.0).acceleration) == pytest.approx(0.3)
     with pytest.raises(InputError, match="lowest"):
         dem.white_noise(10.0, rms=1.0, highest=0.05)
+    with pytest.raises(InputError, match=r"0\.02 s are too short"):
+        dem.white_noise(0.02, rms=1.0)
