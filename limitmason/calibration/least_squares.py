@@ -299,7 +299,7 @@ def confirmed(objective: Objective, best: Minimum, guess: Array, most: int) -> t
 
 
 def searched(objective: Objective, effort: SearchSettings) -> tuple[Minimum, Array, list[Minimum]]:
-    """The best minimum, the slopes there, and all minima.
+    """The best minimum, the slopes there, shape (n, p), and all minima.
 
     The search begins at the given start or, where several are asked for, at those points of it and of a Latin hypercube
     that lie lower than their nearest neighbours.
@@ -332,6 +332,7 @@ def searched(objective: Objective, effort: SearchSettings) -> tuple[Minimum, Arr
     # starts that lie lower than their nearest neighbours
     rank = np.argsort(np.argsort(cost, kind="stable"))
     lowest = [k for k in np.argsort(cost, kind="stable") if rank[k] == rank[near[k]].min()][: effort.starts]
+    # the lowest start first: what its search finds ends later ones that lead there
     minima: list[Minimum] = []
     slopes: list[Array] = []
     for k, at in enumerate(lowest):

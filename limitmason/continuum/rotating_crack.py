@@ -92,7 +92,7 @@ def curves_of(materials: Sequence[Material], material: Index, width: Array) -> C
     Raises
     ------
     InputError
-        When a brick is so wide that its fracture energy is less than the elastic energy at the strength.
+        When a brick is so wide that its fracture energy is less than 1.5 times the elastic energy at the strength.
     """
 
     def column(name: str) -> Array:
@@ -106,7 +106,7 @@ def curves_of(materials: Sequence[Material], material: Index, width: Array) -> C
         softening = np.where(np.isinf(ft), np.inf, column("tensile_energy") / (width * ft) - 0.5 * ft / e)
         # the falling parabola holds two thirds of fc times its strain
         end = np.where(np.isinf(fc), np.inf, 1.5 * column("compressive_energy") / (width * fc))
-        # steeper than the elastic unloading would follow: snap-back inside a brick
+        # below zero the curve would run back, snap-back inside a brick; a quarter of ft / E is the margin, chosen
         wrong = softening < 0.25 * ft / e
     wrong &= np.isfinite(ft)
     if wrong.any():
