@@ -282,7 +282,7 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
         # stiffness of shear that keeps stress and strain coaxial while the axes turn
         g = np.where(close, 0.25 * (normal[:, i, i] + normal[:, j, j] - normal[:, i, j] - normal[:, j, i]),
                      (sigma[:, i] - sigma[:, j]) / np.where(close, 1.0, 2.0 * gap))
-        if secant:  # cracked as its two directions are: never softer than the harmonic mean of their stiffnesses
+        if secant:  # cracked as its two directions are: at least the shear modulus of their harmonic mean
             a, b = np.abs(slope[:, i]), np.abs(slope[:, j])
             g = np.maximum(g, a * b / ((a + b) * (1.0 + nu)))
         local[:, k, k] = g
