@@ -130,7 +130,8 @@ class PushCurve(Curve, JointMarks):
         if last == 0:
             # nothing to continue a line from
             return JointPoint(seen, float(u[seen]), float(f[seen]), self._joint(int(joints[0])), value=1.0)
-        rise = (self.used[last, joints] - self.used[last - 1, joints]) / (u[last] - u[last - 1])
+        # per metre of the way, whichever way the drive goes
+        rise = (self.used[last, joints] - self.used[last - 1, joints]) / abs(u[last] - u[last - 1])
         # way from the last sample on which each joint comes to its strength; none where its use does not rise
         with np.errstate(divide="ignore", invalid="ignore"):
             ahead = np.where(rise > 0.0, (1.0 - self.used[last, joints]) / rise, np.inf)
@@ -141,9 +142,9 @@ class PushCurve(Curve, JointMarks):
         return JointPoint(seen, float(u[last] + step), load, self._joint(int(joints[k])), value=1.0)
 
     def first_crack(self, width: float, kind: str | None = None) -> JointPoint | None:
-        """Where an opening first reaches a width, in joints of one kind.
+        """Where an opening first reaches a width, in joints of one kind; None where none does.
 
-        It is None where none does.
+        Between two samples it grows in a line. Of several that reach it there, the widest at the later one is taken.
 
         Parameters
         ----------

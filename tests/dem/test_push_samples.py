@@ -53,3 +53,15 @@ def test_a_brittle_peak_on_few_samples_warns_and_on_as_many_as_it_asks_for_does_
     many, none = pushed(int(re.search(r"samples=(\d+)", said)[1]))
     assert not none
     assert many.peak.load == pytest.approx(exact, rel=5e-3)
+
+
+def test_first_failure_lies_between_two_samples_also_of_a_push_backwards():
+    # it was told at the sample behind it: up to a tenth of this path too late
+    law = {"cohesion": 4e4, "tensile_strength": 4e4, "residual_cohesion": 0.0, "residual_tensile_strength": 0.0}
+    wall = stacked(1, width=0.4, height=0.1, **law)
+    exact = 4e4 * 0.04 + math.tan(math.radians(30.0)) * float(wall.weights[~wall.fixed].sum())
+    for way in (1.0, -1.0):
+        curve = dem.push(
+            wall, dem.Drive({"top": {"x": 1.0, "ry": 0.0}}), to=way * 4e-6, steps=20_000, samples=10, rate_check=False
+        )
+        assert curve.first_failure.load == pytest.approx(way * exact, rel=0.01)
