@@ -16,6 +16,7 @@ from dem.model.rest_criterion import Scale
 from dem.multiplier.collapse import FIRST_INCREMENT, LOADING, MOVED, collapse
 from dem.multiplier.search import APPROACH, AT_REST, Controls, Search
 from dem.multiplier.search import increments as held_loads
+from dem.multiplier.table_readings import Readings, first_reached, peak_of, readings
 from dem.settings import ContactOptions, DemSettings, given
 from dem.stages.history import History
 from dem.stages.resuming import RunStatus
@@ -28,14 +29,10 @@ from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.model_call import of_model
 from limitmason.model.stages import Damping, Settle, Tilt
-from limitmason.storage.frozen import ReadOnly
 
 # chosen, not derived
-_WINDOW = 5  # samples of the running median: a single sample may ride on a vibration
-_WITHIN = 1e-3  # the multiplier counts as reached where the ratio comes this near to it [-]
 _LAST_BITS = 1e-9  # part of the angle by which the repeat of a run differs: nothing but its last bits can [-]
 _FOLLOWS = 0.98  # of the table's tangent: a wall that still reads as much at the end of a run has not fallen
-_PRESSED = 1e-3  # of the weight: with less on the table Rh / Rv is a ratio of two small numbers
 
 
 class TiltStatus(StrEnum):
@@ -56,19 +53,6 @@ class TableRun(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Readings(ReadOnly):
-    """What a history says of a turning table: fields, units and shapes are those of :class:`TiltTest`."""
-
-    tilt_deg: Array
-    steps: Array
-    vertical: Array
-    horizontal: Array
-    ratio: Array
-    weight: float
-    collapse: int
-
-
-@dataclass(frozen=True, eq=False)
 class TiltTest(Displayed, Readings):
     """A tilting test.
 
@@ -85,7 +69,7 @@ class TiltTest(Displayed, Readings):
     steps : time steps since the table began to turn, shape (samples,)
     vertical, horizontal : Rv / Rv0 and Rh / Rv0, the reaction normal to the table and along it (positive where it holds
         the wall back) over the weight Rv0 of all blocks that are free [-], shape (samples,)
-    ratio : Rh / Rv [-], shape (samples,)
+    ratio : Rh / Rv [-], shape (samples,); NaN where the wall has left the table
     weight : Rv0 [N]
     collapse : sample at which ``ratio`` first comes within 0.1 % of the multiplier, or of its maximum if that is less
     runs : of tables that turned, fastest first; empty where the wall did not stand on the level one
@@ -210,6 +194,8 @@ def tilt_test(
     ------
     InputError
         When the direction is zero or not horizontal, ``to_deg`` is not between 0 and 90 or nothing is held.
+    KeyboardInterrupt
+        Stopped by the keyboard before the table has turned as slowly as it is to.
 
     Notes
     -----
@@ -232,10 +218,11 @@ def tilt_test(
     options = given(contacts, ContactOptions, "tilt_test")
     every = sample or max(steps // 200, 20)  # steps; chosen: some 200 samples in a run, of 20 steps at least
     settled, _ = evenly_where_it_slides(assembly, Settle(tolerance=AT_REST), sample=every, **options)
+    _refuse_cut(settled)
     # what has fallen comes to rest too, on the table: where it lies is not the wall that was to be tilted
     fell = float(np.abs(settled.shift[-1]).max()) > moved_limit * scale.smallest
     if fell or settled.status != RunStatus.FINISHED:
-        found = _read(settled, float("nan"), downhill, weight)
+        found = readings(settled, float("nan"), downhill, weight)
         return TiltTest(
             **vars(found), status=TiltStatus.CANNOT_STAND if fell else TiltStatus.NOT_CONVERGED,
             collapse_multiplier=float("nan"), runs=(), direction=tuple(downhill.tolist()), history=settled,
@@ -253,9 +240,10 @@ def tilt_test(
             stop_when_moved=moved_limit * scale.smallest,
         )
         history = simulate(assembly, stage, start=settled, sample=every)
+        _refuse_cut(history)
         begun = float(settled["step"][-1])
-        found = _read(history, begun, downhill, weight)
-        peak = _peak(found.ratio)
+        found = readings(history, begun, downhill, weight)
+        peak = peak_of(found.ratio)
         runs.append(TableRun(1000.0 * rate, peak))
         # no block moved far on the whole way, and the wall still follows the table at its end
         stood.append(history["step"][-1] - begun >= stage.steps and peak > _FOLLOWS * last_tangent)
@@ -266,15 +254,22 @@ def tilt_test(
         rate = 0.5 * rate if k else min(0.5 * rate, float(np.rad2deg(np.arctan(peak))) / steps)
     # once more as in the last run, to see what hangs on rounding alone
     again = simulate(assembly, replace(stage, to_deg=to_deg * (1.0 + _LAST_BITS)), start=settled, sample=every)
-    repeat = _peak(_read(again, begun, downhill, weight).ratio)
+    _refuse_cut(again)
+    repeat = peak_of(readings(again, begun, downhill, weight).ratio)
     bracket = _stopped(assembly, loads, settled, runs, last_tangent, tolerance)
     status, multiplier, said = _judged(bracket, runs, repeat, last_tangent, tolerance)
-    found = replace(found, collapse=_reached(found.ratio, multiplier))
+    found = replace(found, collapse=first_reached(found.ratio, multiplier))
     return TiltTest(
         **vars(found), status=status, collapse_multiplier=multiplier, runs=tuple(runs),
         direction=tuple(downhill.tolist()), history=history, held=(bracket.stable, bracket.moving),
         spread=abs(repeat / runs[-1].peak - 1.0), increments=held, warnings=(*notes, *said),
     )
+
+
+def _refuse_cut(history: History) -> None:
+    """End the test where the keyboard stopped a run: its largest ratio would be that of where it was cut off."""
+    if history.status == RunStatus.INTERRUPTED:
+        raise KeyboardInterrupt("while a table settled or turned")
 
 
 def _judged(
@@ -302,6 +297,8 @@ def _judged(
     if lowest < (1.0 - tolerance) * bracket.stable:
         status = TiltStatus.NOT_CONVERGED
         notes.append(f"it fell at {lowest:.4f} while the table turned and stood at {bracket.stable:.4f}")
+    if "interrupted" in bracket.details:
+        notes.append(f"interrupted on a table stopped at {bracket.details['interrupted']:.4f}: the bracket is open")
     undecided = [f"{x:.4f}" for x, v in bracket.record if v.outcome == UNDECIDED and x > bracket.stable]
     if undecided:
         notes.append(f"undecided on the stopped table at {', '.join(undecided)}; not counted as standing")
@@ -355,44 +352,3 @@ def _at_rate_zero(runs: Sequence[TableRun]) -> float:
     """Max(Rh / Rv) of the last two runs, continued in a line to no speed [-]."""
     (fast, high), (slow, low) = runs[-2:]
     return low - (high - low) * slow / (fast - slow)
-
-
-def _read(history: History, begun: float, downhill: Array, weight: float) -> Readings:
-    """Readings of a turning table: angles, reactions over the weight, their ratio.
-
-    The blocks stay upright and their weight turns, so that the reactions come in axes of the table.
-
-    Parameters
-    ----------
-    begun : step at which the table began to turn
-    downhill : unit vector along the table, towards which the wall leans, shape (3,)
-    weight : of the free blocks [N]
-    """
-    total = history.reaction[:, :, :3].sum(axis=1)
-    vertical, horizontal = total[:, 2] / weight, -(total @ downhill) / weight
-    # a wall that leaves the table has no ratio
-    ratio = np.divide(horizontal, vertical, out=np.full_like(vertical, np.nan), where=vertical > _PRESSED)
-    return Readings(
-        tilt_deg=np.rad2deg(history["tilt"]), steps=history["step"] - begun, vertical=vertical, horizontal=horizontal,
-        ratio=ratio, weight=weight, collapse=_reached(ratio, np.inf),
-    )
-
-
-def _reached(ratio: Array, multiplier: float) -> int:
-    """First sample at which a ratio reaches the multiplier, or its lower maximum.
-
-    The ratio is Rh / Rv of every sample [-], NaN where the wall has left the table. None known: the last one.
-    """
-    near = np.flatnonzero(ratio >= (1.0 - _WITHIN) * min(_peak(ratio), multiplier))
-    return int(near[0]) if len(near) else len(ratio) - 1
-
-
-def _peak(ratio: Array) -> float:
-    """Largest running median of Rh / Rv [-]: one sample of noise is no peak.
-
-    The ratio of a sample is NaN where the wall has left the table. The peak is 0 where no ratio is known.
-    """
-    known = ratio[np.isfinite(ratio)]
-    if len(known) < _WINDOW:
-        return float(known.max(initial=0.0))
-    return float(np.median(np.lib.stride_tricks.sliding_window_view(known, _WINDOW), axis=1).max())

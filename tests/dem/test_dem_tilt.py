@@ -1,5 +1,6 @@
 """Tilting tests: closed forms from the path of the reactions, the lag of a table that turns too fast, the figure."""
 
+import dataclasses
 import math
 from types import SimpleNamespace
 
@@ -137,6 +138,20 @@ def test_wall_that_falls_on_the_level_table_and_comes_to_rest_there_cannot_stand
     assert test.interval is None
     assert np.isnan([test.collapse_multiplier, test.at_rest, test.rate_change]).all()
     assert str(test) == f"tilting test: {test.status}\n  it fell on the level table"
+
+
+@pytest.mark.parametrize("cut", ["Settle", "Tilt"])
+def test_a_run_that_the_keyboard_stops_ends_the_test(cut, monkeypatch):
+    # its angle was read as that of a collapse, and a wall that was settling as one that does not
+    def stopped(assembly, stage, *args, **options):
+        history = simulate(assembly, stage, *args, **options)
+        return dataclasses.replace(history, status="interrupted") if type(stage).__name__ == cut else history
+
+    simulate = dem.simulate
+    for module in (dem.driving.own_weight, dem.multiplier.tilt):
+        monkeypatch.setattr(module, "simulate", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        dem.tilt_test(block(0.4, 0.2), contact_points=(2, 2), to_deg=20.0, steps=2_000)
 
 
 def test_table_that_turns_too_fast_is_overruled_by_the_stopped_one():
