@@ -1,4 +1,7 @@
-"""Contacts in large displacement: outworn joints are cut anew, new pairs join, old slip and dilation are inherited."""
+"""Contacts in large displacement: outworn joints are cut anew, new pairs join, old slip and dilation are inherited.
+
+Throughout, ``assembly`` has the blocks and their interfaces, and ``state`` is what a run changes.
+"""
 
 from typing import NamedTuple
 

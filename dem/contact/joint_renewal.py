@@ -1,4 +1,8 @@
-"""Joints that slipped or turned so far, or whose blocks touch elsewhere, that they are dropped or cut anew."""
+"""Joints that slipped or turned so far, or whose blocks touch elsewhere, that they are dropped or cut anew.
+
+Throughout, ``assembly`` has the blocks and their interfaces, ``state`` is what a run changes, and ``now`` what its
+contact points measure in that position.
+"""
 
 import numpy as np
 
@@ -130,7 +134,7 @@ def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> 
         return False
     slip = largest_slip(state, now)
     if not _slid_far(state, slip).any():
-        return False
+        return False  # turns cost more to ask for
     tipped = np.flatnonzero(_may_pivot(state, now, turned_since(state), slip))
     return bool(pivots_on_a(assembly, state, now, tipped).any())
 

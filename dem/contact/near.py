@@ -1,6 +1,7 @@
 """Which pieces of blocks are near each other, and which have moved against each other since they were looked at.
 
-``margin`` is the distance up to which pieces are near [m].
+Throughout, ``margin`` is the gap up to which pieces are near [m], ``pieces`` are the convex pieces of all blocks,
+``assembly`` has the blocks and ``state`` is what a run changes.
 """
 
 from typing import NamedTuple
@@ -175,7 +176,7 @@ def _renewed(assembly: Assembly, pieces: Pieces, near: NearPairs, low: Array, hi
 
 
 def near_margin(assembly: Assembly) -> float:
-    """Gap up to which two blocks count as near [m]."""
+    """Gap up to which two blocks of an assembly count as near [m]."""
     return MARGIN * smallest_edge(assembly)
 
 

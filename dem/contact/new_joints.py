@@ -31,7 +31,7 @@ class Fresh(NamedTuple):
 
 
 def poses_of(assembly: Assembly, state: State) -> Poses:
-    """Where blocks are now.
+    """Where the blocks of an assembly are in a state, and the area that a corner of theirs takes.
 
     Touching corners and crossing edges meet in a point; a stiffness per area needs an area all the same. It is assumed:
     that of an inner point of the lattice on a square face of the smaller block's volume, (V^(1/3) / 3)^2. Both have the

@@ -58,7 +58,10 @@ class Bearings(NamedTuple):
         return cls(row, normal[row], place[row] / total[row, None], deep[row])
 
     def carrying(self, joints: Joints, n_blocks: int) -> Carrying:
-        """These bearings with the two blocks of each, and the list of bearings of every block."""
+        """These bearings with the two blocks of each, and the list of bearings of every block.
+
+        ``joints`` are all joints, of which ``row`` has numbers, and ``n_blocks`` says how many blocks there are.
+        """
         ends = np.column_stack([joints.block_a[self.row], joints.block_b[self.row]])
         blocks = np.concatenate(ends.T)
         # every bearing twice, once for each of its blocks; sorted by block they are the lists

@@ -1,6 +1,7 @@
 """How convex pieces meet at any relative rotation: axes of the widest gap, faces clipped on faces, edges that cross.
 
-Arguments that are named like a field of :class:`PieceArrays` are that field. A gap is negative where pieces overlap.
+Arguments that are named like a field of :class:`PieceArrays` are that field: ``corners`` and ``planes`` of all pieces,
+and how many of them count. A gap is negative where pieces overlap.
 """
 
 
@@ -154,6 +155,7 @@ def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Ar
 
     Parameters
     ----------
+    pieces : all pieces
     base : number of the piece
     face : number of its face
     axis : unit normal of that face in the first three entries
@@ -203,6 +205,7 @@ def _opposed_face(pieces: PieceArrays, other: int, lowest: int, axis: Array) -> 
 
     Parameters
     ----------
+    pieces : all pieces
     other : number of the piece
     lowest : number of its corner
     axis : unit vector in the first three entries
@@ -232,6 +235,7 @@ def _widest_axis(
 
     Parameters
     ----------
+    pieces : all pieces
     p, q : numbers of the pieces
     m : row of ``met``, the meetings that are written
     margin : gap from which on two pieces are left alone [m]
@@ -285,6 +289,7 @@ def contact_shapes(
 
     Parameters
     ----------
+    pieces : all pieces in their present position
     pairs : numbers of both pieces of every pair, shape (m, 2)
     rows : pairs that are looked at
     margin : gap from which on two pieces are left alone [m]

@@ -61,9 +61,14 @@ def stress(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float, peak: Peak,
     softening: SofteningRow,
 ) -> Numbers:
-    """Stress (t1, t2, n) [Pa] and elastic energy [J/m2] in a position; changes nothing.
+    """Stress at a point in a position, and its elastic energy; changes nothing.
 
     Arguments as in :func:`return_map`.
+
+    Returns
+    -------
+    t1, t2, n : stress on b along t1, t2 and n; n > 0 is compression [Pa]
+    elastic : energy of the springs [J/m2]
     """
     kn, ks = peak.kn, peak.ks
     mu, _, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)

@@ -139,8 +139,8 @@ def _accelerate(
     dt, kick, viscosity, keep, lag = at
     moving = False
     least = least_speeds(bodies, i)
-    push = brakes_of(local, drifts, net, i, 0, past, vel, least[0], held, bodies.axes)
-    turn = brakes_of(local, drifts, net, i, 3, past, spin, least[1], held, bodies.axes)
+    brake_of_force = brakes_of(local, drifts, net, i, 0, past, vel, least[0], held, bodies.axes)
+    brake_of_moment = brakes_of(local, drifts, net, i, 3, past, spin, least[1], held, bodies.axes)
     for k in range(3):
         if held[i, k]:
             vel[i, k] = _driven(acting, step, i, k)
@@ -148,7 +148,7 @@ def _accelerate(
         else:
             f = net[i, k]
             v = float(vel[i, k])
-            brake = push[k]
+            brake = brake_of_force[k]
             vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * kick) * lag
             damping += brake * 0.5 * (v + vel[i, k]) * dt
             damping += viscosity * bodies.mass[i] * (0.5 * (v + vel[i, k])) ** 2 * dt
@@ -156,7 +156,7 @@ def _accelerate(
             ang[i, k] = 0.0
         else:
             f = net[i, 3 + k]
-            brake, before = turn[k], float(ang[i, k])
+            brake, before = brake_of_moment[k], float(ang[i, k])
             ang[i, k] = (before * keep + (f - brake) * kick) * lag
             # the moment of all damping: its work waits for the spin at the end of the step
             past[3 + k] = brake + viscosity * 0.5 * (before + ang[i, k])
@@ -165,7 +165,7 @@ def _accelerate(
 
 @kernel(inline="always")
 def _stop(bodies: RigidBodies) -> None:
-    """Take all free velocities away: velocity, spin and the angular momentum that it follows."""
+    """Take all free velocities of the blocks away: velocity, spin and the angular momentum that it follows."""
     for i in range(bodies.mass.size):
         for k in range(3):
             if not bodies.held[i, k]:

@@ -106,7 +106,7 @@ def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met)
     """
     a, b, f, d, dn, tol = surface
     lam, out, m = met
-    # a_i (s - D sum of lam_j f_j) = b_i: matrix a_i D f_j and right-hand side a_i s - b_i, by elimination with pivots
+    # a_i (s - D sum of lam_j f_j) = b_i: matrix a_i D f_j, and the right-hand side a_i s - b_i as its last column
     for i in range(count):
         p = active[i]
         for j in range(count):
@@ -117,6 +117,7 @@ def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met)
                 v += a[p, r] * ((d - dn) * f[q, r] + dn * sum_f)
             m[i, j] = v
         m[i, 3] = a[p, 0] * s[0] + a[p, 1] * s[1] + a[p, 2] * s[2] - b[p]
+    # elimination with pivots, then the multipliers from the last one back
     for i in range(count):
         best = i
         for j in range(i + 1, count):
@@ -136,7 +137,7 @@ def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met)
             v -= m[i, j] * lam[j]
         lam[i] = v / m[i, i]
         if lam[i] < 0.0:
-            return False
+            return False  # plastic flow does not run backwards
     for r in range(3):
         out[r] = s[r]
     for i in range(count):
@@ -148,6 +149,78 @@ def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met)
         if a[p, 0] * out[0] + a[p, 1] * out[1] + a[p, 2] * out[2] - b[p] > tol:
             return False
     return True
+
+
+@kernel(fast=False, forceinline=True)
+def _onto_shear(mat: Array, m: int, s: Array, plastic: Array) -> bool:
+    """Return to the face of shear between the largest and the smallest stress, where no other plane is exceeded then.
+
+    Most stress points return so. Arguments as in :func:`principal_return`; they are written where the answer is True.
+    """
+    k, c, ft, q = mat[m, MAT_K], mat[m, MAT_C], mat[m, MAT_FT], mat[m, MAT_KPSI]
+    d, dn = mat[m, MAT_D], mat[m, MAT_DN]
+    plane_strain = mat[m, MAT_STRAIN] != 0.0
+    low = 2 if plane_strain else 1  # the smallest stress; in plane stress the smaller one in the plane
+    over = k * s[0] - s[low] - c
+    if over > 0.0:
+        # multiplier of the flow (q, 0, -1), and the stresses after it
+        x = over / (k * (d * q - dn) - (dn * q - d))
+        one, three = s[0] - x * (d * q - dn), s[low] - x * (dn * q - d)
+        mid = s[1] - x * dn * (q - 1.0) if plane_strain else 0.0
+        if one <= ft and mid <= one and mid >= three:
+            plastic[0], plastic[1], plastic[2] = x * q, 0.0, 0.0
+            plastic[low] = -x
+            s[0], s[low] = one, three
+            if plane_strain:
+                s[1] = mid
+            return True
+    return False
+
+
+@kernel(fast=False)
+def _planes_met(n: int, s: Array, surface: Planes, beyond: Array, most: int, active: Index, met: Met) -> int:
+    """Find the planes to which a stress returns at once: one, else two, else three.
+
+    Combinations of one size are tried in the order of the planes. Of the planes that are met in the end the trial
+    stress exceeds one at least.
+
+    Parameters
+    ----------
+    n : number of all planes
+    s : trial principal stresses [Pa], shape (3,)
+    surface : all planes, the elastic law and the rounding
+    beyond : whether the trial stress exceeds each plane, shape (6,)
+    most : how many planes may be met at once
+    active : numbers of the planes that are met, written, shape (3,)
+    met : multipliers and stress of the return, written
+
+    Returns
+    -------
+    count : how many planes are met; 0 where no combination is
+    """
+    for i in range(n):
+        active[0] = i
+        if beyond[i] and _met(active, 1, n, s, surface, met):
+            return 1
+    for size in range(2, most + 1):
+        for r in range(size):
+            active[r] = r
+        r = 0
+        while r >= 0:
+            use = False
+            for i in range(size):
+                use = use or beyond[active[i]]
+            if use and _met(active, size, n, s, surface, met):
+                return size
+            # the next ones: the last plane that can still go on does, and those behind it follow at once
+            r = size - 1
+            while r >= 0 and active[r] == n - size + r:
+                r -= 1
+            if r >= 0:
+                active[r] += 1
+                for i in range(r + 1, size):
+                    active[i] = active[i - 1] + 1
+    return 0
 
 
 @kernel(fast=False, counted=True)
@@ -164,61 +237,18 @@ def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
     -------
     flags : ``SHEAR_NOW`` and ``TENSION_NOW``; -1 where no combination of planes was met (never for psi <= phi)
     """
-    k, c, ft, q = mat[m, MAT_K], mat[m, MAT_C], mat[m, MAT_FT], mat[m, MAT_KPSI]
-    d, dn = mat[m, MAT_D], mat[m, MAT_DN]
-    plane_strain = mat[m, MAT_STRAIN] != 0.0
-    # most return to the face of shear alone: the same as below, without its tables. Excess over k s1 - s3 <= c, its
-    # multiplier x, and the stresses after it
-    low = 2 if plane_strain else 1
-    over = k * s[0] - s[low] - c
-    if over > 0.0:
-        x = over / (k * (d * q - dn) - (dn * q - d))
-        one, three = s[0] - x * (d * q - dn), s[low] - x * (dn * q - d)
-        mid = s[1] - x * dn * (q - 1.0) if plane_strain else 0.0
-        if one <= ft and mid <= one and mid >= three:
-            plastic[0], plastic[1], plastic[2] = x * q, 0.0, 0.0
-            plastic[low] = -x
-            s[0], s[low] = one, three
-            if plane_strain:
-                s[1] = mid
-            return SHEAR_NOW
+    if _onto_shear(mat, m, s, plastic):
+        return SHEAR_NOW
+    q, plane_strain = mat[m, MAT_KPSI], mat[m, MAT_STRAIN] != 0.0
     a, b, f = np.empty((6, 3)), np.empty(6), np.empty((6, 3))
     shear, active, lam, out = np.empty(6, np.int64), np.empty(3, np.int64), np.empty(3), np.empty(3)
     beyond = np.empty(6, np.bool_)
     n = planes(mat, m, a, b, f, shear)
-    # of the planes met at the end the trial stress exceeds one at least
     for i in range(n):
         beyond[i] = a[i, 0] * s[0] + a[i, 1] * s[1] + a[i, 2] * s[2] > b[i]
     tol = _TINY * (abs(s[0]) + abs(s[1]) + abs(s[2]) + mat[m, MAT_C])
-    surface, met = Planes(a, b, f, d, dn, tol), Met(lam, out, np.empty((3, 4)))
-    count = 0
-    # one plane, by equations of its own, then two, then three: each number in the order of the planes
-    for i in range(n):
-        active[0] = i
-        if beyond[i] and _met(active, 1, n, s, surface, met):
-            count = 1
-            break
-    size = 2
-    while count == 0 and size <= (3 if plane_strain else 2):
-        for r in range(size):
-            active[r] = r
-        r = 0
-        while r >= 0:
-            use = False
-            for i in range(size):
-                use = use or beyond[active[i]]
-            if use and _met(active, size, n, s, surface, met):
-                count = size
-                break
-            # the next ones: the last plane that can still go on does, and those behind it follow at once
-            r = size - 1
-            while r >= 0 and active[r] == n - size + r:
-                r -= 1
-            if r >= 0:
-                active[r] += 1
-                for i in range(r + 1, size):
-                    active[i] = active[i - 1] + 1
-        size += 1
+    surface = Planes(a, b, f, mat[m, MAT_D], mat[m, MAT_DN], tol)
+    count = _planes_met(n, s, surface, beyond, 3 if plane_strain else 2, active, Met(lam, out, np.empty((3, 4))))
     for r in range(3):
         plastic[r] = 0.0
     if count == 0:

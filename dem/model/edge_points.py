@@ -3,6 +3,9 @@
 A joint keeps its points as material points of block b, and the plane of block a. Where a's edge ends the contact, b
 slides past that edge: what bears is the material of b that lies there now, and once b has turned the plane is b's. A
 search for contacts cuts such a joint anew; one for the collapse load, which looks for none, lets its points follow.
+
+Throughout, ``assembly`` has the blocks and their interfaces, ``state`` is what a run changes, and ``now`` what its
+contact points measure in that position.
 """
 
 import numpy as np

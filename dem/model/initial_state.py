@@ -44,7 +44,10 @@ VISCOSITY = 0.01
 
 
 def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
-    """Masses [kg] and inertia [kg m2] of the blocks, shapes (n,) and (n, 3, 3), or 1 of held ones that have none."""
+    """Masses [kg] and inertia [kg m2] of the blocks of an assembly, shapes (n,) and (n, 3, 3).
+
+    Held blocks may have none and get 1, which moves nothing. A free block without mass is refused.
+    """
     mass, inertia = assembly.arrays.mass.copy(), assembly.arrays.inertia.copy()
     light = ~assembly.fixed & ~(mass > 0.0)
     if light.any():
@@ -115,6 +118,7 @@ def initial_state(
         where joints crush (15, 15) that crowd towards the edges
     contact_model : "grid", "lobatto" for points that crowd towards the edges, or "vertices" for the corners of every
         interface
+    joint_options : what the joint law needs beyond the assembly's joints; its defaults by default
     mode : "quasi-static" scales mass and inertia so that every block is as fast as the step allows; "dynamic" keeps
         the real ones
     dt : [s]; None chooses 1 (quasi-static, where time has no meaning) or the stable step (dynamic)

@@ -66,7 +66,7 @@ def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
 
 
 def bond_yielded(assembly: Assembly, state: State) -> tuple[float, str]:
-    """Largest plastic opening or slip of a joint with perfectly plastic bond [m], and the joint in words.
+    """Largest plastic opening or slip [m] in a state of a joint with perfectly plastic bond, and the joint in words.
 
     It is 0 and "" where there is no such joint. Such a joint keeps cohesion and tension however far it moves.
     """

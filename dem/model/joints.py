@@ -143,6 +143,7 @@ def chosen_points(assembly: Assembly, grid: Grid | None, contact_model: str | No
 
     Parameters
     ----------
+    assembly : whose joints may crush
     grid, contact_model : what is asked for, None for what the joints need
     """
     crushes = bool(np.isfinite(assembly.arrays.compressive_strength).any())
@@ -166,6 +167,7 @@ def refuse_too_large(assembly: Assembly, grid: object) -> None:
 
     Parameters
     ----------
+    assembly : whose interfaces get the points, but for those between held blocks
     grid : points along and across every joint, one pair or one by kind
 
     Raises

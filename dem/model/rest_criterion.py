@@ -67,7 +67,7 @@ class Scale:
 
     @classmethod
     def of(cls, assembly: Assembly, wrench: Array) -> "Scale":
-        """Scale of an assembly under loads of every block, ``Loads.rows`` or their wrenches, shape (n, 15 or 6)."""
+        """Scale of an assembly under the loads ``wrench`` of every block, see ``Loads.rows``, shape (n, 15 or 6)."""
         arm, moves = _least_thickness(assembly), ~assembly.held
         load, free = _own_load(wrench, moves, arm), moves.any(axis=1)
         if not load.any():
@@ -111,7 +111,10 @@ def _own_load(wrench: Array, moves: Flags, arm: Array) -> Array:
 
 
 def _least_thickness(assembly: Assembly) -> Array:
-    """Least side of the box with a block's volume moments [m], whichever way it is turned, shape (n,)."""
+    """Least side of the box that has a block's mass and inertia [m], whichever way it is turned, shape (n,).
+
+    Where the inertia is that of no box it is the cube root of the volume.
+    """
     x = assembly.arrays
     value = np.linalg.eigvalsh(x.inertia)
     mass = np.where(x.mass > 0.0, x.mass, 1.0)

@@ -68,9 +68,9 @@ def plane_of(
 
 
 def out_of_plane(plane: Plane) -> Flags:
-    """Degrees of freedom that leave a plane whose normal is a global axis, shape (6,).
+    """Degrees of freedom that leave a plane whose normal is a global axis, shape (6,); other planes are refused.
 
-    They are the displacement along the normal and the turns about the two other axes. Other planes are refused.
+    They are the displacement along the normal and the turns about the two other axes.
     """
     axis = np.abs(plane.normal) > 1.0 - 1e-9  # but for rounding
     if not axis.any():
@@ -80,9 +80,7 @@ def out_of_plane(plane: Plane) -> Flags:
 
 @dataclass(frozen=True, eq=False)
 class StrainShapes:
-    """Shapes of all blocks in the coordinates of the kernel, zero where a block is rigid.
-
-    Does not change in a run.
+    """Shapes of all blocks in the coordinates of the kernel, zero where a block is rigid; they stay in a run.
 
     Parameters
     ----------
@@ -174,8 +172,8 @@ def frames(joints: Joints) -> tuple[Array, Array]:
 def sides(deformation: StrainShapes, points: Points, joints: Joints) -> tuple[Array, Array]:
     """What every shape does to the faces of every joint, ``side_a`` and ``side_b`` of the kernel, shapes (k, m, 6).
 
-    A joint takes up six motions of a face, see :func:`limitmason.mechanics.joint_shapes.face_motions`, in a plane those
-    in it.
+    ``deformation`` are the shapes of all blocks. A joint takes up six motions of a face, in a plane those in it, see
+    :func:`limitmason.mechanics.joint_shapes.face_motions`.
     """
     frame_a, frame_b = frames(joints)
     n = len(frame_a)
@@ -213,6 +211,11 @@ class Start:
 
         A block without one keeps zeros, which deform nothing.
 
+        Parameters
+        ----------
+        stress : "solid", "plane stress" or "plane strain"
+        plane : of the problem; None in space
+
         Raises
         ------
         InputError
@@ -242,6 +245,7 @@ class Start:
 
         Parameters
         ----------
+        assembly, points, joints : blocks, and what lies between them
         coupled : stiffness of :func:`coupled_of` for scaled masses, K_mode + 2 K_joints; None for the real ones
         axes : of the blocks, along which modes of one stiffness are told apart, shape (n, 3, 3)
         """
@@ -250,6 +254,7 @@ class Start:
         stiffness, inv_mass = np.zeros((n, m)), np.zeros((n, m))
         new = replace(d, coefficients=d.coefficients.copy(), mean=d.mean.copy(), gradient=d.gradient.copy())
         for i, k in self.stiffness.items():
+            # mass of the modes: their own, or what the stable step asks for
             value, basis = eigh(k, self.mass[i] if coupled is None else k + 2.0 * coupled[i, 6:, 6:])
             x = assembly.blocks[i].vertices - assembly.centroids[i]
             corners = d.displacement(np.full(len(x), i), x).transpose(0, 2, 1) @ axes[i].T

@@ -70,7 +70,7 @@ class ZoneMesh:
 
 
 def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
-    """Outline in x-z and thickness of block ``number``, a convex prism along y.
+    """Outline in x-z and thickness of block ``number`` of an assembly, a convex prism along y.
 
     Returns
     -------

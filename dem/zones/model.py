@@ -182,7 +182,7 @@ def material_row(material: Material, plane_strain: bool, elastic: Array) -> Arra
 
 
 def set_loads(model: ZonedModel, loads: Loads) -> None:
-    """Apply the dead loads.
+    """Apply the dead loads to a model.
 
     On a zoned block they are spread by volume over its nodes, which carry them along: f(x) = F / V + A (x - middle),
     with A such that the sum of r f^T is that of the loads. A couple without arms is a turning field about the middle.
@@ -212,7 +212,7 @@ def set_loads(model: ZonedModel, loads: Loads) -> None:
 
 
 def nodal_volume(model: ZonedModel) -> Array:
-    """Volume of zones that goes with every node [m3], shape (n,)."""
+    """Volume of the zones of a model that goes with every node [m3], shape (n,)."""
     zones, tables = model.zones, model.tables
     out = np.zeros(len(model.nodes.place))
     # linear shares: a weight that is uniform in a zone goes to its nodes as their shape functions say

@@ -120,7 +120,7 @@ def read(model: ZonedModel) -> Reading:
 
 
 def unbalance(model: ZonedModel) -> float:
-    """Largest unbalanced force over the applied one [-], of free nodes and of rigid blocks.
+    """Largest unbalanced force of a model over the applied one [-], of free nodes and of rigid blocks.
 
     At a node it is over the mean applied force per free node, as each bears a small part of the load. At a rigid block,
     which may bear all of it, it is over the sum. A structure without loads is measured by the reactions of its drive.

@@ -1,4 +1,7 @@
-"""What a model of zoned blocks consists of, its stiffness, and the masses that keep its step stable."""
+"""What a model of zoned blocks consists of, its stiffness, and the masses that keep its step stable.
+
+Freedoms are x and z of one node after another; a point of a joint has an opening and a slip.
+"""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -92,13 +95,13 @@ class ZonedModel:
 
 
 def free_stiffness(model: ZonedModel) -> sparse.csr_matrix:
-    """Elastic stiffness over the free unknowns, see :func:`freedoms`."""
+    """Elastic stiffness of a model over the free unknowns of :func:`freedoms`, shape (n, n)."""
     reach = freedoms(model)
     return sparse.csr_matrix(reach.T @ stiffness(model) @ reach)
 
 
 def stiffness(model: ZonedModel) -> sparse.csr_matrix:
-    """Elastic stiffness of zones and closed joints [N/m] over the freedoms x0, z0, x1, ... of all nodes."""
+    """Elastic stiffness of zones and closed joints of a model [N/m], by freedoms of nodes, shape (2 n, 2 n)."""
     zones, contacts = model.zones, model.contacts
     # freedoms of the four nodes of every zone; an entry of the whole for each pair of them
     dof = (2 * zones.node[:, :, None] + np.arange(2)).reshape(len(zones.node), -1)
@@ -137,7 +140,10 @@ def contact_matrix(model: ZonedModel) -> sparse.csr_matrix:
 
 
 def freedoms(model: ZonedModel) -> sparse.csr_matrix:
-    """Displacement of all nodes from the free unknowns: nodes of zones, then freedoms of rigid blocks not held."""
+    """Displacement of all nodes of a model from the free unknowns, shape (2 n, free).
+
+    The unknowns are x and z of the nodes of zones, then x, z and turn of rigid blocks where they are not held.
+    """
     nodes, rigid = model.nodes, model.rigid
     n, free, carried = len(nodes.place), np.flatnonzero(nodes.body < 0), np.flatnonzero(nodes.body >= 0)
     own = (2 * free[:, None] + np.arange(2)).ravel()
@@ -190,7 +196,7 @@ def largest_eigenvalue(k: sparse.csr_matrix, mass: Array) -> float:
 
 
 def slowest_period(model: ZonedModel) -> float:
-    """Steps of the slowest swing with closed, elastic joints on the masses as they are.
+    """Steps of the slowest swing of a model with closed, elastic joints on the masses as they are.
 
     It is 2 pi / omega of the smallest eigenvalue of M^-1 K, sought from just below zero.
     """
