@@ -43,6 +43,9 @@ on it.
 SOONEST = 4
 """Fewest steps between two searches; chosen."""
 
+ONE_PLANE = 0.5
+"""Distance over the margin up to which two joints of a block lie on one face; chosen."""
+
 AHEAD = 0.5
 """Part of the time to a touch after which it is looked again: what closes in is seen before it is through; chosen."""
 
@@ -84,7 +87,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     """
     around = Neighbours.of(assembly, state, pieces, margin, state.near)
     code, own = np.sort(around.near.blocks, axis=1) @ (assembly.n_blocks, 1), _codes(state.joints, assembly.n_blocks)
-    joined = among(code, np.sort(own))
+    joined = among(code, np.sort(own))  # pairs whose blocks have a joint
     if state.near is None:
         _allow(assembly, state, pieces, around.near, margin, code, own, joined)
     state.near = around.near
@@ -110,6 +113,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
         return Found([], soonest)
     if made:
         keep_energy(search.state, search.now, np.where(search.stays, -1, search.group), made, families)
+    # energy that the joints which go store, less what the new ones will
     stored = search.state.part(np.flatnonzero(~search.stays)).measured(assembly).elastic_energy
     stays = np.ones(len(state.contact), dtype=bool)
     stays[search.rows] = search.stays
@@ -234,6 +238,7 @@ class _Search:
             assembly, part, now, self.code, self.key[at], shape.kind[at], shape.gap[at], margin, self.turn,
             self.slip, among(self.code, looked),
         )
+        # whose edges end a joint was found out on the way: the whole state keeps it
         state.ends[points_of(state.joints, self.rows)] = part.ends
         self.stays = ~among(self.code, np.sort(self.code[self.outworn]))
         self.group, self.family = self.code, Families()
@@ -243,7 +248,10 @@ class _Search:
         self.active = np.union1d(self.code[self.outworn], self.key[over]) if not beside else looked
 
     def cut(self) -> None:
-        """Find what goes with outworn joints: what runs across a face that goes on, and what lies on one face."""
+        """Mark what goes with outworn joints: what runs across a face that goes on, and what lies on one face.
+
+        ``outworn``, ``stays`` and families are changed; pairs that come to be cut anew are looked at too.
+        """
         assert self.bearings is not None
         joints, shape, outworn = self.state.joints, self.met.now, self.outworn
         normal = np.einsum("kij,kj->ki", self.rot[joints.block_a], joints.frame[:, 2])
@@ -256,7 +264,7 @@ class _Search:
             if self.makes[row] and across.all():
                 outworn[k] = True
                 self.family.join(int(self.key[row]), int(self.code[k]))
-        for k, other in moved_together(joints, self.bearings, outworn, self.slip, 0.5 * self.margin):
+        for k, other in moved_together(joints, self.bearings, outworn, self.slip, ONE_PLANE * self.margin):
             outworn[other] = True
             self.family.join(int(self.code[k]), int(self.code[other]))
         # all joints of a pair go together: a concave block may touch another in several places
