@@ -1,7 +1,10 @@
 """The command line: packaged experiments, models from files, theories side by side, diagnosis, figures.
 
-Answers go to standard output, progress and errors to standard error; a mistake in the input ends with exit status 2
+Answers go to standard output, progress and errors to standard error. A mistake in the input ends with exit status 2
 and one line that names it, an analysis without a finite multiplier with exit status 3.
+
+In every module ``add_commands`` takes ``commands``, the parsers of all commands, to which it adds its own. The function
+that runs a command takes ``options``, what was typed as argparse read it, and returns the exit status.
 """
 
 import argparse
@@ -13,6 +16,9 @@ from limitmason.cli.console import say
 from limitmason.cli.parser import command_parser
 from limitmason.display.progress import reached, show_progress, task
 from limitmason.errors import InputError, NotApplicable, NotConverged
+
+_INTERRUPTED = 130
+"""Exit status of what an interrupt ended: 128 and the number of the signal, as shells have it."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -33,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Run a command and return its exit code; errors of input are one line."""
+    """Run the command of ``options`` and return its exit status, with one line for an error of input."""
     try:
         with task("limitmason"), warnings.catch_warnings():
             warnings.showwarning = _tell
@@ -41,24 +47,25 @@ def _run(options: argparse.Namespace) -> int:
             return options.run(options)
     except KeyboardInterrupt:
         say("interrupted")
-        return 130
-    except BrokenPipeError:
+        return _INTERRUPTED
+    except BrokenPipeError:  # who reads the output has enough of it, as `head` does
         return 0
     except (InputError, NotApplicable, NotConverged, TypeError, KeyError, OSError, ImportError, UnicodeError) as error:
         # a plain ValueError is no refusal but a mistake of ours: it keeps its traceback
         if options.debug:
             raise
         if isinstance(error, FileNotFoundError):
-            error = InputError(f"{error.filename}: no such file")
+            text = f"{error.filename}: no such file"
         elif isinstance(error, OSError) and error.filename and error.strerror:
-            error = InputError(f"{error.filename}: {error.strerror.lower()}")
-        say(f"error: {error.args[0] if isinstance(error, KeyError) and error.args else error}")
+            text = f"{error.filename}: {error.strerror.lower()}"  # without its number
+        elif isinstance(error, KeyError) and error.args:
+            text = error.args[0]  # as a text it has quotes around
+        else:
+            text = str(error)
+        say(f"error: {text}")
         return 2
 
 
 def _tell(message: Warning | str, category: type[Warning], *_place: Any, **_more: Any) -> None:
-    """A warning as a line of its own.
-
-    Where in the code it arose helps nobody at a terminal.
-    """
+    """A warning as a line of its own, without where in the code it arose, which helps nobody at a terminal."""
     say(f"warning: {message}" if issubclass(category, UserWarning) else f"{category.__name__}: {message}")

@@ -12,7 +12,7 @@ from limitmason.model import Assembly, ContactError, ContactWarning, Plausibilit
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
-    """Add ``check``."""
+    """Add ``check`` to the commands."""
     check = console.command(
         commands, "check", _check, help="contact report: near misses, floating blocks, implausible input",
         description="Lists the contacts of a model and what may be wrong with them. Exit status 0 when there is "
@@ -27,8 +27,15 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
                                         help="gap or overlap up to which faces touch; default: --gap")
 
 
+_IN_MM = 0.001
+"""Metres per unit that are tried for a drawing which looks as if it were in millimetres."""
+
+
 def _check(options: argparse.Namespace) -> int:
-    """Print what is doubtful in a model, its contacts and its units; 1 where something is."""
+    """Print what is doubtful in a model, its contacts and its units.
+
+    ``options`` are those typed. The exit status is 1 where something is to be decided.
+    """
     said = []
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", PlausibilityWarning)
@@ -39,22 +46,21 @@ def _check(options: argparse.Namespace) -> int:
             assembly, title = error.assembly, Path(options.target).stem
             said.append(str(error))
     path = Path(options.target)
-    open_ended = options.gap is None and options.mortar is None and options.tolerance is None
-    drawn = path.suffix.lower() in lm.formats.PLANE_DRAWINGS
     report = assembly.contact_report(distance=options.distance, angle_deg=options.angle)
-    found, scale = None, options.scale
-    if scale is None and any("in mm?" in str(w.message) for w in caught):
-        scale = 0.001
-    if drawn and open_ended and (report.floating or report.overlaps):
+    undecided = options.gap is None and options.mortar is None and options.tolerance is None
+    if path.suffix.lower() in lm.formats.PLANE_DRAWINGS and undecided and (report.floating or report.overlaps):
+        scale = options.scale
+        if scale is None and any("in mm?" in str(w.message) for w in caught):
+            scale = _IN_MM
         found = lm.formats.proposal(path, scale=scale, thickness=options.thickness, layers=options.layers)
-    if found is not None:
-        left = "no block floats" if not found.floating else f"{found.floating} of {len(report.floating)} blocks float"
-        units = f" --scale {scale:g}" if scale is not None else ""
-        console.show_text(f"{found.why}: try `limitmason check {path}{units} {found.flags}`; then {left}")
+        if found is not None:
+            floats = f"{found.floating} of {len(report.floating)} blocks float" if found.floating else "no block floats"
+            units = f" --scale {scale:g}" if scale is not None else ""
+            console.show_text(f"{found.why}: try `limitmason check {path}{units} {found.flags}`; then {floats}")
     console.show_text(f"{title}: {report}")
+    doubts = [w for w in caught if issubclass(w.category, PlausibilityWarning)]
     # what the report lists block by block needs no second mention
-    told = [w for w in caught if issubclass(w.category, PlausibilityWarning)]
-    said += dict.fromkeys(str(w.message) for w in told if not issubclass(w.category, ContactWarning))
+    said += dict.fromkeys(str(w.message) for w in doubts if not issubclass(w.category, ContactWarning))
     for text in said:
         console.show_text(f"warning: {text}")
     if options.figure:
@@ -63,11 +69,14 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
-    """Model of a target and its title; options of drawings are refused for other targets."""
+    """Assembly and title of the target of ``options``.
+
+    Options of drawings are refused for other targets.
+    """
     path = Path(options.target)
     if path.suffix.lower() not in lm.formats.DRAWINGS:
         console.refuse(options, ("tolerance", *console.DRAWING), "by a model or an experiment, which holds its own")
-        assembly, _, title, _ = console.read_target(options.target, needs_live_load=False)
-        return assembly, title
+        subject = console.read_target(options.target, needs_live_load=False)
+        return subject.assembly, subject.title
     settings = {"tolerance": options.tolerance, "thickness": options.thickness, **console.outline_settings(options)}
     return lm.formats.read_drawing(path, **settings), path.stem

@@ -22,6 +22,12 @@ from limitmason.storage.files import save_figure
 _NAMED = 20
 """So many falling blocks are named; a figure shows the rest."""
 
+_FALLING = 0.01
+"""Rate of a block over the largest of all from which on it is told to fall; chosen."""
+
+_DPI = range(10, 2401)
+"""Dots per inch that a figure may have; chosen."""
+
 
 def say(text: str) -> None:
     """Write a message to standard error, above the bar of a run that goes on."""
@@ -29,7 +35,7 @@ def say(text: str) -> None:
 
 
 def lines() -> Callable[[str], None] | None:
-    """What is told of a long run besides its bar: lines where somebody looks or asked for them, else nothing."""
+    """What takes the lines of a long run besides its bar, or None where nobody looks or asked for them."""
     return say if bars_are_drawn() else None
 
 
@@ -42,11 +48,15 @@ def command(
     commands: argparse._SubParsersAction, name: str, run: Callable[[argparse.Namespace], int], *,
     target: str | None = None, **told: Any,
 ) -> argparse.ArgumentParser:
-    """A command, what runs it, and its TARGET where it has one, of which "" tells nothing more.
+    """Add a command and return its parser.
 
     Parameters
     ----------
-    told : help and description
+    commands : parsers of all commands, or of the actions of one
+    name : of the command
+    run : function that runs it
+    target : help of its argument TARGET, "" for what the page of all commands says; None where it takes none
+    told : help and description of the command
     """
     parser = commands.add_parser(name, **told)
     parser.set_defaults(run=run)
@@ -56,13 +66,13 @@ def command(
 
 
 def write_figure(path: Path, figure: Any, *, dpi: int = 200) -> None:
-    """Write a figure to a file, and say so."""
+    """Write a figure of matplotlib to a file, with ``dpi`` dots per inch, and say so."""
     save_figure(figure, path, dpi=dpi)
     say(f"wrote {path}")
 
 
 def say_what(title: str, assembly: Assembly, loads: Loads | None = None) -> None:
-    """Say what is analysed: free blocks, interfaces and, where they are given, the loads."""
+    """Say what is analysed: its title, free blocks, interfaces and, if given, the loads."""
     under = "" if loads is None else f", {loads.name}"
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces{under}")
 
@@ -84,9 +94,11 @@ def writable(text: str) -> Path:
 
 
 def dots(text: str) -> int:
-    """Dots per inch that a figure can be drawn with, checked before an analysis begins."""
-    if not text.isdecimal() or not 10 <= int(text) <= 2400:
-        raise argparse.ArgumentTypeError(f"{text!r} is no whole number of dots per inch from 10 to 2400")
+    """Dots per inch of a figure, checked before an analysis begins."""
+    if not text.isdecimal() or int(text) not in _DPI:
+        raise argparse.ArgumentTypeError(
+            f"{text!r} is no whole number of dots per inch from {_DPI.start} to {_DPI.stop - 1}"
+        )
     return int(text)
 
 
@@ -108,7 +120,14 @@ class Subject(NamedTuple):
 
 
 def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs_live_load: bool = True) -> Subject:
-    """A model file, a packaged experiment or a drawing with its options."""
+    """The subject of a command: a model file, a packaged experiment or a drawing.
+
+    Parameters
+    ----------
+    target : as typed: a path, or SOURCE/SPECIMEN
+    drawing : options of the command, where it takes those of :func:`drawing_options`; None where it takes no drawing
+    needs_live_load : refuse a model file without a live load
+    """
     path = Path(target)
     if path.exists() or path.suffix.lower() in (".json", *DRAWING_FILES):
         if path.suffix.lower() in lm.formats.DRAWINGS:
@@ -139,9 +158,14 @@ _TILTS = {"x": "x", "left": "-x", "y": "y", "front": "-y"}  # a shell takes -x f
 
 
 def drawing_options(parser: argparse.ArgumentParser, *, tilt: bool = True) -> None:
-    """Add what a drawing does not hold: thickness, joints, weight, loads, supports.
+    """Add options for what a drawing does not hold: thickness, joints, weight, loads, supports.
 
-    An option is None unless it is typed. Commands without a live load take no ``tilt``.
+    An option is None unless it is typed.
+
+    Parameters
+    ----------
+    parser : of the command
+    tilt : whether the command has a live load, whose direction is an option
     """
     group = outline_options(parser)
     group.add_argument("--friction", type=float, metavar="DEG", help="friction angle of every joint [deg]")
@@ -154,7 +178,10 @@ def drawing_options(parser: argparse.ArgumentParser, *, tilt: bool = True) -> No
 
 
 def outline_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
-    """Add what says how the outlines of a drawing are read, and return the group of these options."""
+    """Add options on how the outlines of a drawing are read.
+
+    ``parser`` is that of the command; the group of these options is returned.
+    """
     group = parser.add_argument_group("drawings only (.dxf, .svg, .obj, .ply, .stl)")
     group.add_argument("--thickness", type=length, metavar="LENGTH", help="of the wall over outlines")
     group.add_argument("--scale", type=float, metavar="M", help="metres per unit of the drawing; default: that of the "
@@ -169,8 +196,8 @@ def outline_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
 
 
 def length(text: str) -> float:
-    """A length with or without a unit [m]."""
-    found = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([a-z]*)\s*", text)
+    """A length [m], typed with a unit or in metres."""
+    found = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([a-z]*)\s*", text)  # number and unit
     try:
         return float(found[1]) * _LENGTHS[found[2]] if found else float(text)
     except (ValueError, KeyError):
@@ -178,12 +205,18 @@ def length(text: str) -> float:
 
 
 def outline_settings(options: argparse.Namespace) -> dict[str, Any]:
-    """What was typed of :func:`outline_options`, besides the thickness, as the readers of drawings take it."""
+    """What was typed of :func:`outline_options`, without the thickness, for readers of drawings."""
     return {name: getattr(options, name) for name in ("scale", "gap", "mortar", "layers")}
 
 
 def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
-    """A drawing as a model, with what the options say of joints and loads."""
+    """A drawing as a model, and what was assumed and moved for it.
+
+    Parameters
+    ----------
+    path : of the drawing
+    options : of the command, with those of :func:`drawing_options`; None where it takes none
+    """
     if not path.exists():
         raise InputError(f"{path}: no such file")
     if options is None or options.friction is None:
@@ -200,6 +233,7 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
     try:
         model = lm.formats.model_of_drawing(path, joint=Joint(options.friction), **given)
     except ContactError as error:
+        # advice for what a gap can close and was not yet asked to
         if path.suffix.lower() not in lm.formats.PLANE_DRAWINGS or options.gap is not None:
             raise
         raise InputError(
@@ -215,10 +249,14 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
 
 
 def report(prediction: Prediction, assembly: Assembly | None = None) -> int:
-    """Print a prediction, with the blocks that fall where it cannot stand, and return its exit status."""
+    """Print a prediction and return its exit status: 3 without a finite multiplier.
+
+    Where the structure cannot stand, the blocks that fall are named, if the ``assembly`` is given.
+    """
     show_text(str(prediction))
     if assembly is not None and prediction.status == Status.CANNOT_STAND and prediction.mechanism is not None:
-        names = [assembly.blocks[i].name for i in prediction.mechanism.moving_blocks(0.01) if not assembly.fixed[i]]
+        falling = prediction.mechanism.moving_blocks(_FALLING)
+        names = [assembly.blocks[i].name for i in falling if not assembly.fixed[i]]
         more = f" and {len(names) - _NAMED} more" if len(names) > _NAMED else ""
         show_text(f"  blocks that fall under dead load: {', '.join(names[:_NAMED])}{more}")
     return 0 if prediction.status in (Status.SOLVED, Status.ALMOST_SOLVED) else 3
@@ -232,6 +270,11 @@ def analysis_options(parser: argparse.ArgumentParser, flow_default: str = "assoc
     """Add the options of an analysis to a command.
 
     All are None or False unless typed, so that none is lost unseen.
+
+    Parameters
+    ----------
+    parser : of the command
+    flow_default : flow rule where none is typed, in words for the help
     """
     group = parser.add_argument_group("analysis")
     group.add_argument("--method", choices=(LIMIT, *sorted(available_methods())), help=f"default: {LIMIT}")
@@ -253,6 +296,8 @@ def refuse(options: argparse.Namespace, names: Iterable[str], because: str) -> N
 
     Parameters
     ----------
+    options : of the command
+    names : of the options that it would not use
     because : what makes them useless, in words
 
     Raises
@@ -263,6 +308,7 @@ def refuse(options: argparse.Namespace, names: Iterable[str], because: str) -> N
     for name in names:
         value = getattr(options, name, None)
         if value is not None and value is not False and value != []:
+            # DATA of `diagnose` is an argument by its place
             shown = name.upper() if name == "data" else f"--{name.replace('_', '-')}"
             raise InputError(f"{shown} is not used {because}: leave it out")
 
@@ -273,12 +319,12 @@ def method_of(options: argparse.Namespace) -> str:
 
 
 def settings_of(options: argparse.Namespace) -> dict:
-    """Settings of the analysis that were typed.
+    """Settings of the analysis that were typed in ``options``, as keywords of ``predict``.
 
     Those that the method does not take are refused by name.
     """
     method = method_of(options)
-    if method != LIMIT:
+    if method != LIMIT:  # any other name says its flow rule, or needs none
         refuse(options, ("flow_rule",), f"by --method {method}, which has its own")
     chosen = get_method(method, options.flow_rule)
     takes = {*chosen.takes, "flow_rule"}
@@ -290,10 +336,14 @@ def settings_of(options: argparse.Namespace) -> dict:
 
 
 def _flags(names: Iterable[str]) -> str:
+    """Options of an analysis as they are typed, without the flow rule, which has its own refusal."""
     return ", ".join(f"--{n.replace('_', '-')}" for n in ANALYSIS if n in names and n != "flow_rule") or "none of these"
 
 
 def told(settings: dict, method: str) -> dict:
-    """Settings of one analysis with a line to standard error after every stage of a search, where somebody looks."""
+    """Settings of one analysis that tells every stage of its search, where somebody looks.
+
+    Only the non-associative analysis searches, named as ``method`` or as a flow rule in the ``settings``.
+    """
     searching = NON_ASSOCIATIVE in (method, settings.get("flow_rule"))
     return settings | ({"progress": lambda trial: say(f"  {trial}")} if searching and lines() else {})

@@ -40,7 +40,7 @@ _DEFAULTS = {"out": Path("diagnosis"), "seed": 0, "jobs": 1, "next": 4, "rehears
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
-    """Add ``diagnose``."""
+    """Add ``diagnose`` to the commands."""
     asked = console.command(
         commands, "diagnose", _diagnose, help="what a simulation gets wrong on measured data, and why",
         description=ABOUT, formatter_class=argparse.RawDescriptionHelpFormatter,
@@ -91,12 +91,13 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _diagnose(options: argparse.Namespace) -> int:
-    """Run the command; an error of the user's own function keeps its traceback."""
+    """Diagnose as typed in ``options``, with the traceback of an error of the user's own function."""
     from limitmason.diagnosis.simulator import is_user_code
 
     try:
         return _run(options)
     except Exception as error:
+        # module:function and module:LIST are the user's own; other errors are told by the caller
         if options.debug or not is_user_code(error) or ":" not in f"{options.model}{options.causes}":
             raise
         # an error of the user's own function: where it happened stands in its traceback, never in one line
@@ -105,7 +106,7 @@ def _diagnose(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Diagnose what the options name, write the folder, and print the answer."""
+    """Diagnose what the options name, write the folder of results, and print the answer."""
     if options.template:
         others = [name for name in vars(options) if name not in ("template", "model", "run", "debug", "progress")]
         console.refuse(options, others, "with --template, which writes a file and stops")
@@ -147,20 +148,21 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _in_short(record: Mapping[str, Any]) -> list[str]:
-    """Three lines at most: the verdict, what it rests on, and what would settle it, which says more than its name.
+    """A diagnosis in three lines at most: the verdict, what it rests on, what would settle it.
 
     Parameters
     ----------
-    record : of a diagnosis, as of its JSON
+    record : of the diagnosis, as its JSON file holds it
     """
     first, *others = record["in words"] or [""]
+    # what would settle it says more than the sentence that comes next
     settles = next((line for line in others if line.startswith("What would")), others[0] if others else "")
     headline = record["headline"]
     return [line for line in (headline[0].upper() + headline[1:] + ".", first, settles) if line]
 
 
 def _of_folder(options: argparse.Namespace) -> dict[str, Any]:
-    """What the options say of a folder's model, as ``Study.from_folder`` takes it."""
+    """What the options say of the model of a folder, as keywords of ``Study.from_folder``."""
     useless = ("measured", "predicted", "group", "batches", "noise", "dof", "towards", "tilting", "spatial")
     console.refuse(options, (*useless, "method", *console.ANALYSIS), "with a folder, whose files say it")
     if options.model and ":" not in options.model:
@@ -177,13 +179,16 @@ def _of_folder(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _stated(options: argparse.Namespace, *more: str) -> dict[str, Any]:
-    """What the options say in the words of a study, and the measured inputs."""
+    """What the options say, as keywords of a study by the same names, and the measured inputs.
+
+    ``more`` are names besides those that a folder takes too.
+    """
     names = ("covariates", "shared", "title", "levels", *more)
     return {name: getattr(options, name) for name in names} | {"inputs": dict(map(_input, options.input))}
 
 
 def _of_table(options: argparse.Namespace) -> dict[str, Any]:
-    """What the options say of the data and the model, as ``Study.from_table`` takes it."""
+    """What the options say of data and model, as keywords of ``Study.from_table``."""
     own = bool(options.model) and ":" in options.model
     series = series_of(options.model) if options.model and not own else None
     has_model = series is not None and any(c.buildable for c in cases_of(series))
@@ -205,6 +210,7 @@ def _refuse_unused(options: argparse.Namespace, *, own: bool, has_model: bool) -
 
     Parameters
     ----------
+    options : of the command
     own : the model is a function of the user
     has_model : it is a packaged series whose walls can be built
     """
@@ -230,7 +236,12 @@ def _file_of(module: ModuleType | None) -> Path | None:
 
 
 def load_object(text: str, what: str) -> Any:
-    """The object behind "module:name" or "file.py:name", looked up from the current folder too.
+    """The object behind "module:name" or "file.py:name".
+
+    Parameters
+    ----------
+    text : as typed; a module is looked up in the current folder too
+    what : the option, for errors
 
     Raises
     ------
@@ -241,19 +252,21 @@ def load_object(text: str, what: str) -> Any:
 
     module, _, name = text.rpartition(":")
     path = Path(module)
-    place = str(path.resolve().parent if path.suffix == ".py" else Path.cwd())
-    if path.suffix == ".py" and not path.exists():
+    is_file = path.suffix == ".py"
+    folder = str(path.resolve().parent if is_file else Path.cwd())
+    if is_file and not path.exists():
         raise InputError(f"{what} {text}: there is no file {module}")
-    if place not in sys.path:
-        sys.path.insert(0, place)  # stays: worker processes import the same module
+    if folder not in sys.path:
+        sys.path.insert(0, folder)  # stays: worker processes import the same module
     if path.stem in _FROM_FILES and _file_of(sys.modules.get(path.stem)) != path.resolve():
-        # a file of that name was read from another folder
+        # a file of that name was read from another folder, which must no longer come first
         sys.modules.pop(path.stem, None)
-        sys.path.remove(place)
-        sys.path.insert(0, place)
+        sys.path.remove(folder)
+        sys.path.insert(0, folder)
     try:
-        found = import_module(path.stem if path.suffix == ".py" else module)
+        found = import_module(path.stem if is_file else module)
     except ModuleNotFoundError as error:
+        # the module is there, but not one that it imports
         if error.name is None or error.name.split(".")[0] != module.split(".")[0]:
             note_user_code(error, f"{what} {text}: {path} needs a module that is not there")
             raise
@@ -261,7 +274,8 @@ def load_object(text: str, what: str) -> Any:
     except Exception as error:  # whatever the user's module may raise
         note_user_code(error, f"{what} {text}: {path} fails when it is imported")
         raise
-    if path.suffix == ".py":
+    if is_file:
+        # a module of that name was imported already, or comes first on the path
         if _file_of(found) != path.resolve():
             raise InputError(f"{what} {text}: another module is called {path.stem}: give the file another name")
         _FROM_FILES.add(path.stem)
@@ -271,7 +285,7 @@ def load_object(text: str, what: str) -> Any:
 
 
 def _causes(text: str | None) -> list | None:
-    """Causes of the user's module, or names between commas."""
+    """Causes as typed: names between commas, or a list or function of the user's module."""
     if not text:
         return None
     if ":" not in text:
@@ -289,7 +303,7 @@ def _causes(text: str | None) -> list | None:
 
 
 def _noise(text: str | None) -> float | str | None:
-    """Noise as a number, 4% being 0.04, or one of the two words that a study knows."""
+    """Noise as typed: a number, with 4% for 0.04, or one of the two words that a study knows."""
     if text in (None, "unknown", "replicates"):
         return text
     try:
@@ -301,7 +315,7 @@ def _noise(text: str | None) -> float | str | None:
 
 
 def _input(text: str) -> tuple[str, Any]:
-    """Name and measured value of an input, from NAME=VALUE,SD."""
+    """Name of an input and its measured value with its error, typed as NAME=VALUE,SD."""
     name, _, rest = text.partition("=")
     try:
         value, sd = (float(v) for v in rest.split(","))

@@ -12,7 +12,7 @@ from limitmason.errors import InputError
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
-    """Add ``experiments`` with its actions."""
+    """Add ``experiments`` with its actions to the commands."""
     packaged = commands.add_parser("experiments", help="list, show and run the packaged experiments")
     packaged.set_defaults(run=lambda o: (packaged.print_help(), 0)[1])
     actions = packaged.add_subparsers(metavar="ACTION")
@@ -48,11 +48,12 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _predict(options: argparse.Namespace) -> int:
-    """Print or write the predicted forces of a series of walls."""
+    """Print the predicted forces of a series of walls, or write them, as typed in ``options``."""
     from limitmason.comparison.wall_ladder import predict_walls
     from limitmason.experiments import registry
     from limitmason.storage.csv_table import write_table
 
+    # series with a page of their own are those that the ladder of models predicts
     known = [s for s in registry.sources() if s not in registry.tabled()]
     if options.series not in known:
         raise InputError(f"series must be {' or '.join(known)}, got {options.series!r}")
@@ -65,15 +66,15 @@ def _predict(options: argparse.Namespace) -> int:
     if options.csv:
         write_table(options.csv, units, cells)
         console.say(f"wrote {options.csv}")
-    else:
-        rows, cut = abridged(cells)
-        console.show_text("\n".join([aligned([[k if u == "-" else f"{k} [{u}]" for k, u in units.items()], *rows]),
-                             *(f"{c}: --csv FILE writes them" for c in cut)]))
+        return 0
+    rows, cut = abridged(cells)
+    header = [name if unit == "-" else f"{name} [{unit}]" for name, unit in units.items()]
+    console.show_text("\n".join([aligned([header, *rows]), *(f"{text}: --csv FILE writes them" for text in cut)]))
     return 0
 
 
 def _list(options: argparse.Namespace) -> int:
-    """Print the packaged experiments, or the specimens of one."""
+    """Print the packaged experiments, or the specimens of the source typed in ``options``."""
     for source in [options.source] if options.source else lm.experiments.sources():
         names = lm.experiments.specimens(source)
         case = lm.experiments.load(source, names[0])
@@ -82,13 +83,14 @@ def _list(options: argparse.Namespace) -> int:
 
 
 def _show(options: argparse.Namespace) -> int:
-    """Print the data sheets of a source, or of one specimen."""
+    """Print the data sheets of the source or the specimen typed in ``options``."""
     from limitmason.experiments import registry
 
     source, _, specimen = options.source.partition("/")
     if specimen and options.specimen:
         raise InputError(f"specimen {options.specimen!r} is given besides {options.source!r}: name one")
     specimen = options.specimen or specimen
+    # of a large series with a page of its own a list: its data sheets are hundreds
     if not specimen and source in set(lm.experiments.sources()) - set(registry.tabled()):
         names = lm.experiments.specimens(source)
         rows = [[name, lm.experiments.load(source, name).title] for name in names]
@@ -101,7 +103,7 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Predict the specimens of a source, or all, and print them beside what was measured."""
+    """Predict the specimens typed in ``options`` and print them beside what was measured."""
     if options.all == bool(options.source):
         raise InputError("name a source, or give --all; see `limitmason experiments list`")
     settings = console.settings_of(options)
@@ -119,7 +121,7 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _cases(options: argparse.Namespace) -> Sequence:
-    """The specimens that are asked for."""
+    """The experiments typed in ``options``: all with a model, those of a source, or some of its specimens."""
     if options.all:
         return lm.experiments.all_cases(with_model=True)
     source, _, one = options.source.partition("/")

@@ -17,7 +17,7 @@ from limitmason.model.load import Loads
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
-    """Add ``solve``, ``figure``, ``view`` and ``template``."""
+    """Add ``solve``, ``figure``, ``view`` and ``template`` to the commands."""
     solve = console.command(
         commands, "solve", _solve, target="", help="collapse multiplier of a model with its certificate"
     )
@@ -55,14 +55,14 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _predicted(options: argparse.Namespace, assembly: Assembly, loads: Loads) -> tuple[Prediction, int]:
-    """The prediction that the options ask for, printed, and the exit status."""
+    """The prediction that the options ask for of an assembly under loads, printed, and the exit status."""
     method = console.method_of(options)
     prediction = predict(assembly, loads, method, **console.told(console.settings_of(options), method))
     return prediction, console.report(prediction, assembly)
 
 
 def _solve(options: argparse.Namespace) -> int:
-    """Print the prediction of a model; write it, its forces and its drawings if asked."""
+    """Print the prediction of the target of ``options``, and write what was asked for of it."""
     assembly, loads, title, _ = console.read_target(options.target, options)
     console.say_what(title, assembly, loads)
     prediction, status = _predicted(options, assembly, loads)
@@ -81,7 +81,7 @@ def _solve(options: argparse.Namespace) -> int:
 
 
 def _figure(options: argparse.Namespace) -> int:
-    """Draw a model, its mechanism or its forces to a file."""
+    """Draw the target of ``options``, its mechanism or its forces, to a file."""
     assembly, loads, title, _ = console.read_target(options.target, options)
     output = options.output or Path(f"{options.kind}.png")
     if options.kind == "assembly":
@@ -89,15 +89,17 @@ def _figure(options: argparse.Namespace) -> int:
         draw(output, "assembly", assembly, None, title, view=options.view, dpi=options.dpi)
         return 0
     prediction, status = _predicted(options, assembly, loads)
+    # a structure that cannot stand has no collapse load, but a mechanism by which it falls
     if status == 0 or (options.kind == "mechanism" and prediction.mechanism is not None):
         draw(output, options.kind, assembly, prediction, title, view=options.view, dpi=options.dpi)
     return status
 
 
 def _view(options: argparse.Namespace) -> int:
-    """Write a scene of a model and its answer for a browser."""
+    """Write a scene of the target of ``options`` and its answer for a browser."""
     assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=not options.alone)
-    output, shown, status = options.output or Path("scene.html"), None, 0
+    output = options.output or Path("scene.html")
+    shown, status = None, 0
     if options.alone:
         console.refuse(options, ("method", *console.ANALYSIS), "with --alone, which analyses nothing")
     else:
@@ -111,11 +113,16 @@ def _view(options: argparse.Namespace) -> int:
 
 def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | None, title: str, *, view: str = "auto",
          dpi: int = 200) -> None:
-    """Draw an assembly, the mechanism or the forces of a prediction to a file, and say so.
+    """Draw an assembly, or the mechanism or forces of a prediction, to a file and say so.
 
     Parameters
     ----------
-    kind : "assembly", "mechanism" or forces
+    path : of the figure
+    kind : "assembly", "mechanism" or "forces"
+    assembly : to be drawn
+    prediction : whose mechanism or forces are drawn; None for none, which is told
+    title : of the figure
+    view : "auto", "elevation" or "3d"
     dpi : dots per inch
     """
     if kind == "assembly":
@@ -135,7 +142,7 @@ def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | Non
 
 
 def _template(options: argparse.Namespace) -> int:
-    """Write a small model or drawing to edit, and say how to go on."""
+    """Write a small model or drawing to the file typed in ``options``, and say how to go on."""
     lm.formats.write_model_template(options.file, of="arch" if options.arch else "wall")
     what = "a small wall; edit its outlines, joint and loads, then `limitmason solve`"
     if options.arch:

@@ -5,7 +5,7 @@ import re
 from typing import Any
 
 from limitmason import __version__
-from limitmason.cli import app, check, diagnosis, experiments, models, pushover, safety, theories
+from limitmason.cli import browser_page, check, diagnosis, experiments, models, pushover, safety, theories
 from limitmason.display.progress import MODES
 
 _DESCRIPTION = """\
@@ -53,11 +53,15 @@ class _Parser(argparse.ArgumentParser):
 
     def __init__(self, *given: Any, **named: Any) -> None:
         super().__init__(*given, **named)
+        # argparse has no public way to say what looks like a number
         self._negative_number_matcher = re.compile(r"-\d*\.?\d+\.?([eE][-+]?\d+)?[a-z]*$")
 
 
 def command_parser() -> argparse.ArgumentParser:
-    """Parser of ``limitmason COMMAND ...``; ``run`` of what it returns is the function of the command."""
+    """Parser of ``limitmason COMMAND ...``.
+
+    ``run`` of what it returns is the function of the command, which takes all of it and returns the exit status.
+    """
     style = argparse.RawDescriptionHelpFormatter
     top = _Parser("limitmason", description=_DESCRIPTION, epilog=_EPILOG, formatter_class=style)
     top.add_argument("--version", action="version", version=f"limitmason {__version__}")
@@ -65,6 +69,6 @@ def command_parser() -> argparse.ArgumentParser:
                      help="how far a long run is: always, never, or auto, on a terminal")
     top.add_argument("--debug", action="store_true", help="show the whole traceback of an error")
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
-    for part in (experiments, models, safety, check, theories, pushover, diagnosis, app):
-        part.add_commands(commands)
+    for module in (experiments, models, safety, check, theories, pushover, diagnosis, browser_page):
+        module.add_commands(commands)
     return top

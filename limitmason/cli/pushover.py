@@ -16,9 +16,12 @@ from limitmason.model.load import Loads
 from limitmason.model.stages import Drive
 from limitmason.storage.csv_table import write_table
 
+_BASIS = slice(3, 6)
+"""Lines in the text of a curve that say what it rests on: blocks, joints and speed, where a first failure is told."""
+
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
-    """Add ``pushover``."""
+    """Add ``pushover`` to the commands."""
     push = console.command(
         commands, "pushover", _push, target="",
         help="drive a structure to a displacement: load-displacement curve, cracks, mode",
@@ -50,7 +53,10 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _push(options: argparse.Namespace) -> int:
-    """Drive a structure along a path, print the curve, and write it if asked; 3 if unfinished."""
+    """Drive the target of ``options`` along a path, print the curve, and write it if asked.
+
+    The exit status is 3 where the run did not get to its end.
+    """
     follow = get_method(options.method).drive
     if follow is None:
         raise InputError(f"--method {options.method} does not follow a structure that is driven")
@@ -79,7 +85,7 @@ def _push(options: argparse.Namespace) -> int:
 
 
 def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, Loads, str]:
-    """The experiment, where the target is one, with its assembly, dead loads and name."""
+    """The experiment, or None for a file, then assembly, loads and name of the target of ``options``."""
     source, slash, specimen = options.target.partition("/")
     if slash and not Path(options.target).exists():
         console.refuse(options, console.DRAWING, "by an experiment, which holds its own")
@@ -93,7 +99,7 @@ def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, L
 
 
 def _chosen(texts: list[str]) -> dict[str, Any]:
-    """Options written NAME=VALUE, numbers as numbers."""
+    """Options of an experiment by name, from ``texts`` written NAME=VALUE, numbers as numbers."""
     out: dict[str, Any] = {}
     for text in texts:
         name, equals, value = text.partition("=")
@@ -107,10 +113,11 @@ def _chosen(texts: list[str]) -> dict[str, Any]:
 
 
 def _drive(options: argparse.Namespace, test: Experiment | None) -> Drive:
-    """What is driven: the block named, or what the experiment says."""
+    """What is driven: the block named in ``options``, or what the experiment ``test`` drives, where there is one."""
     if options.block is not None:
         if options.direction is None:
             raise InputError("--block needs --direction X Y Z")
+        # an axis that is not named is free to move, one with a zero would be held
         moves = {k: v for k, v in zip("xyz", options.direction, strict=True) if v != 0.0}
         return Drive({options.block: moves})
     if options.direction is not None:
@@ -121,11 +128,19 @@ def _drive(options: argparse.Namespace, test: Experiment | None) -> Drive:
 
 
 def _draw(options: argparse.Namespace, curve: Any, test: Experiment | None, title: str) -> None:
-    """Draw the curve, the cracks or both to files."""
+    """Draw the curve, the cracks or both to the files of ``options``.
+
+    Parameters
+    ----------
+    options : of the command
+    curve : that the method followed
+    test : the experiment, drawn beside the curve where it has values; None for a file
+    title : of the figures
+    """
     marks = ["Outline inferred, not published."] if test is not None and test.inferred else []
     if options.figure:
         known = test if test is not None and (test.measured or test.published) else None
-        text = " ".join([*marks, *str(curve).splitlines()[3:6]])
+        text = " ".join([*marks, *str(curve).splitlines()[_BASIS]])
         drawn = lm.figures.load_displacement(curve, measured=known, title=title, caption=text)
         console.write_figure(options.figure, drawn)
     if options.cracks:

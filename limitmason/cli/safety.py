@@ -15,9 +15,12 @@ from limitmason.limit import axle_envelope, load_region, thrust
 from limitmason.model.support_motion import group_of
 from limitmason.stability_check import stability
 
+_ROUNDING = 1e-9
+"""Multiplier over the largest one of a set that is shown as zero; chosen, above rounding."""
+
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
-    """Add ``stability``, ``axles``, ``region`` and ``assess``."""
+    """Add ``stability``, ``axles``, ``region`` and ``assess`` to the commands."""
     stands = console.command(
         commands, "stability", _stability, target="", help="whether a model can stand, how well, and with what thrust"
     )
@@ -71,7 +74,10 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _stability(options: argparse.Namespace) -> int:
-    """Print whether a structure stands under its dead load; 3 where it does not."""
+    """Print whether the target of ``options`` stands under its dead load.
+
+    The exit status is 3 where it does not.
+    """
     assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
     if options.support:
@@ -86,12 +92,12 @@ def _stability(options: argparse.Namespace) -> int:
 
 
 def _axles(options: argparse.Namespace) -> int:
-    """Print the axle loads that an arch carries at every place of a train."""
+    """Print the multiplier of the axles typed in ``options`` at every place of their train on an arch."""
     assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
     if options.fill is not None:
         dead = dead.with_backfill(assembly, options.level, options.fill)
-    train = [(behind, force) for behind, force in options.axle]
+    train = [(behind, force) for behind, force in options.axle]  # [m] behind the first, [N]
     found = axle_envelope(assembly, dead, train, level=options.level, spread_deg=options.spread)
     console.show_text(str(found))
     if options.figure:
@@ -100,7 +106,10 @@ def _axles(options: argparse.Namespace) -> int:
 
 
 def _region(options: argparse.Namespace) -> int:
-    """Print the region of load multipliers that a structure carries; 3 where it is not closed."""
+    """Print the set of multipliers of two or three loads that the target of ``options`` carries.
+
+    The exit status is 3 where the set is not closed.
+    """
     assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=options.live)
     dead = loads.scaled(live=0.0)
     cases = [replace(loads, name=loads.name or "live load")] if options.live else []
@@ -120,9 +129,9 @@ def _region(options: argparse.Namespace) -> int:
         within=within[0] if within is not None and len(within) == 1 else within,
     )
     console.show_text(str(found))
-    nothing = 1e-9 * np.abs(found.corners).max(initial=0.0)
+    rounding = _ROUNDING * np.abs(found.corners).max(initial=0.0)
     for corner in found.corners:
-        console.show_text("  " + "  ".join(f"{v:.6g}" for v in np.where(np.abs(corner) < nothing, 0.0, corner)))
+        console.show_text("  " + "  ".join(f"{v:.6g}" for v in np.where(np.abs(corner) < rounding, 0.0, corner)))
     if options.output:
         found.to_json(options.output)
         console.say(f"wrote {options.output}")
@@ -132,15 +141,15 @@ def _region(options: argparse.Namespace) -> int:
 
 
 def _assess(options: argparse.Namespace) -> int:
-    """Write an assessment by the code: limit states, spectra and verifications."""
+    """Write an assessment of the target of ``options`` by the code: limit states, spectra and verifications."""
     from limitmason.capacity.analysis import whole_pushover
     from limitmason.codes import FloorSpectrum, GroundSpectrum, assess
 
     assembly, loads, title, _ = console.read_target(options.target, options)
     spectra: dict[str, GroundSpectrum | FloorSpectrum] = {}
     modes = options.mode or []
-    for state, values in (("SLD", options.sld), ("SLV", None), ("SLC", options.slc)):
-        ag, f0, tc = values or options.site
+    for state, own in (("SLD", options.sld), ("SLV", None), ("SLC", options.slc)):
+        ag, f0, tc = own or options.site
         ground = GroundSpectrum(ag, f0, tc, soil=options.soil, topography=options.topography)
         spectra[state] = FloorSpectrum(ground, [t for t, _ in modes], [f for _, f in modes]) if modes else ground
     curve = None
@@ -150,6 +159,7 @@ def _assess(options: argparse.Namespace) -> int:
     try:
         found = assess(assembly, loads, spectra, curve=curve, confidence_factor=options.confidence)
     except InputError as error:
+        # a curve that is too short is mended by the option that says how far it goes
         raise InputError(f"--to: {error}" if "the curve ends" in str(error) else str(error)) from None
     console.show_text(str(found))
     lm.figures.assessment_report(found, options.output, title=options.title or title)

@@ -9,11 +9,11 @@ from typing import Any
 import limitmason as lm
 from limitmason.cli import console
 from limitmason.errors import InputError
-from limitmason.methods import COMPARED_METHODS, available_methods, get_method
+from limitmason.methods import COMPARED_METHODS, DEM, available_methods, get_method
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
-    """Add ``compare`` and ``report``."""
+    """Add ``compare`` and ``report`` to the commands."""
     known = (*COMPARED_METHODS, *sorted(set(available_methods()) - set(COMPARED_METHODS)))
     compare = console.command(
         commands, "compare", _compare, target="", help="several theories, and a test, side by side"
@@ -45,9 +45,13 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _report(options: argparse.Namespace) -> int:
-    """Write a page on a structure by several methods; 3 where none has an answer."""
+    """Write a page on the target of ``options`` by several methods.
+
+    The exit status is 3 where none has an answer.
+    """
     target = console.read_target(options.target, options)
     title = options.title or target.title
+    # cheap settings leave out what costs more than the answer, such as an error budget
     settings: dict[str, Any] = {m: dict(get_method(m).cheap) for m in options.methods if get_method(m).cheap}
     model = target.assembly, target.loads
     result = lm.comparison.compare(*model, options.methods, progress=console.lines(), title=title, **settings)
@@ -57,13 +61,16 @@ def _report(options: argparse.Namespace) -> int:
 
 
 def _compare(options: argparse.Namespace) -> int:
-    """Print the answers of several methods side by side; 3 where none has an answer."""
+    """Print the answers of several methods to the target of ``options`` side by side.
+
+    The exit status is 3 where none has an answer.
+    """
     assembly, loads, title, _ = console.read_target(options.target, options)
     console.say_what(title, assembly, loads)
     settings: dict[str, dict[str, Any]] = {}
-    if "dem" in options.methods:
-        dem = {"contact_points": tuple(options.points)} if options.points else {}
-        settings["dem"] = {**dem, "error_budget": ()} if options.no_budget else dem
+    if DEM in options.methods:
+        points = {"contact_points": tuple(options.points)} if options.points else {}
+        settings[DEM] = {**points, "error_budget": ()} if options.no_budget else points
     elif options.points or options.no_budget:
         raise InputError("--points and --no-budget are for the dem, which is not among --methods")
     result = lm.comparison.compare(

@@ -27,7 +27,11 @@ _DECIMAL = re.compile(r"^([<>]?\s*[-+]?\d*),(\d+(?:[eE][-+]?\d+)?)$")
 
 
 class Parsed(NamedTuple):
-    """A table as text: names and units of its columns, cells, and the lines of the file on which they stand."""
+    """A table as text.
+
+    ``header`` names the columns, ``units`` are theirs, ``rows`` the cells. The others are the lines of the file, from
+    1, on which every row, the units and the names stand.
+    """
 
     header: list[str]
     units: list[str]
@@ -38,6 +42,7 @@ class Parsed(NamedTuple):
 
 
 def _cell(value: Any) -> str:
+    """A cell as it is written, quoted where a reader would take a part of it for something else."""
     text = "" if value is None else str(value)
     # a reader that skips comments would cut an unquoted cell at the sign
     return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n\r#') else text
@@ -70,21 +75,21 @@ def table_text(units: Mapping[str, str], rows: Iterable[Sequence[Any]], note: st
 
 
 def write_table(path: str | Path, units: Mapping[str, str], rows: Iterable[Sequence[Any]], note: str = "") -> None:
-    """Write a table to a file.
-
-    See :func:`table_text`.
-    """
+    """Write a table to the file ``path``, with arguments as for :func:`table_text`."""
     write_text(path, table_text(units, rows, note), newline="")
 
 
 def separator(line: str) -> str:
-    """What parts the cells of a line: semicolon or tab where there is one outside quotes, else the comma."""
+    """What parts the cells of a line: a semicolon or tab outside quotes, else the comma."""
     plain = re.sub('"[^"]*"', "", line)
     return next((mark for mark in ";\t" if mark in plain), ",")
 
 
 def split(record: Iterable[str], between: str) -> list[str]:
-    """Cells of a record; decimal commas become points where the comma does not part the cells."""
+    """Cells of a record, with points for decimal commas where commas do not part the cells.
+
+    ``record`` are the lines of one row, ``between`` is the sign that parts its cells.
+    """
     cells = [c.strip() for c in next(csv.reader(record, delimiter=between), [])]
     return cells if between == "," else [_DECIMAL.sub(r"\1.\2", c) for c in cells]
 
@@ -105,7 +110,9 @@ def parsed(text: str, name: str) -> Parsed:
         Where there are no names or no units.
     """
     between = separator(next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), ""))
-    said, cells, lines = list[tuple[int, str]](), list[list[str]](), list[int]()
+    said: list[tuple[int, str]] = []  # comment lines with units, by number
+    cells: list[list[str]] = []
+    lines: list[int] = []
     numbered = enumerate(text.splitlines(keepends=True), 1)
     for number, line in numbered:
         if line.startswith(UNITS.strip()):
@@ -117,7 +124,7 @@ def parsed(text: str, name: str) -> Parsed:
                 record.append(more[1])
             cells.append(split(record, between))
             lines.append(number)
-    below = not said
+    below = not said  # the units are a row below the names, as version 0.1 wrote them
     if len(cells) < 1 + below:
         raise InputError(f"{name}: expected a row of names and a units row ({UNITS}m,kN,- below the names)")
     if below:
@@ -137,7 +144,7 @@ class Tabular(ABC):
         """Columns with their units ("-" for pure numbers and words), and the rows."""
 
     def to_dataframe(self) -> Any:
-        """The table as a ``pandas.DataFrame``, the units of its columns in ``attrs["units"]``.
+        """The table as a ``pandas.DataFrame``, whose ``attrs["units"]`` are those of its columns.
 
         Raises
         ------

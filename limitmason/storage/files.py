@@ -26,9 +26,19 @@ DEEPEST = 100
 LONGEST_INTEGER = 300
 """Digits of an integer in a JSON file; longer ones are no floating-point number."""
 
+_CONTEXT = 20
+"""Characters before and after a wrong one that an error shows; chosen."""
+
 
 def needed(module: str, what: str, extra: str) -> Any:
-    """A library that is no dependency, or an error that says what needs it and how to install it."""
+    """A library that is no dependency, or an error that says how to install it.
+
+    Parameters
+    ----------
+    module : its name, as imported
+    what : what needs it, in the plural, for the error
+    extra : the extra of limitmason that installs it
+    """
     try:
         return import_module(module)
     except ImportError:
@@ -37,7 +47,7 @@ def needed(module: str, what: str, extra: str) -> Any:
 
 
 def named_path(path: object) -> Path:
-    """A path; what is none is refused by name."""
+    """A path, or an error where it is none."""
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"path must be the name of a file, got {path!r}")
     return Path(path)
@@ -45,16 +55,16 @@ def named_path(path: object) -> Path:
 
 @contextmanager
 def written_whole(path: str | Path, mode: str = "w", *, newline: str | None = None) -> Iterator[IO[Any]]:
-    """A file that takes the place of ``path`` when all of it is written.
+    """A file that takes the place of ``path`` when all of it is written; its folder is made.
 
-    Its folder is made.
-
-    Writes go to a file of a name of its own beside it, so that an error, a full disk, a kill or another process that
-    writes the same file leaves the old one, or one whole new one.
+    Writes go to a file of a name of its own beside it. An error, a full disk, a kill or another process that writes the
+    same file leave the old one, or one whole new one.
 
     Parameters
     ----------
+    path : of the file; where a link is given, the file behind it
     mode : "w" for text in UTF-8, "wb" for bytes
+    newline : how ends of lines are written, as for ``open``
 
     Raises
     ------
@@ -63,24 +73,26 @@ def written_whole(path: str | Path, mode: str = "w", *, newline: str | None = No
     OSError
         Naming ``path``, for a full disk or a folder that may not be written.
     """
-    path = Path(os.path.realpath(named_path(path)))
+    path = Path(os.path.realpath(named_path(path)))  # a link stays one
     if path.exists() and not path.is_file() and not path.is_dir():  # a pipe or a terminal has no file beside it
         with path.open(mode, encoding=None if "b" in mode else "utf-8") as file:
             yield file
         return
+    # cut short, as file systems limit the length of names
     beside = path.with_name(f".{path.name[:100]}.{os.getpid()}-{uuid.uuid4().hex[:8]}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with beside.open(mode.replace("w", "x"), encoding=None if "b" in mode else "utf-8", newline=newline) as file:
             yield file
             file.flush()
-            os.fsync(file.fileno())
+            os.fsync(file.fileno())  # on the disk before it takes the place of the old one
         if path.exists():
             shutil.copymode(path, beside)
         os.replace(beside, path)
     except UnicodeEncodeError as error:
         raise _half_a_character(error, path) from None
     except OSError as error:
+        # of another file, that the caller reads while it writes this one
         if error.filename is not None and str(error.filename) not in (str(beside), str(path)):
             raise
         kept = "; the file is as it was before" if path.is_file() else ""
@@ -90,7 +102,7 @@ def written_whole(path: str | Path, mode: str = "w", *, newline: str | None = No
 
 
 def utf8(text: str, path: object) -> bytes:
-    """A text as bytes for a file.
+    """A text as bytes for the file ``path``, which an error names.
 
     Half of a character is refused as by :func:`written_whole`.
     """
@@ -102,7 +114,7 @@ def utf8(text: str, path: object) -> bytes:
 
 def _half_a_character(error: UnicodeEncodeError, path: object) -> InputError:
     """The error of a text that cannot be written, naming what is wrong in it."""
-    text = error.object[max(error.start - 20, 0) : error.end + 20]
+    text = error.object[max(error.start - _CONTEXT, 0) : error.end + _CONTEXT]
     return InputError(
         f"{path} is not written: {text!r} holds half of a character (a lone surrogate), which no file keeps; rename "
         "what is called so"
@@ -110,23 +122,26 @@ def _half_a_character(error: UnicodeEncodeError, path: object) -> InputError:
 
 
 def write_text(path: str | Path, text: str, *, newline: str | None = None) -> Path:
-    """Write a text whole or not at all, see :func:`written_whole`, and return its path."""
+    """Write a text whole or not at all, and return its path.
+
+    ``newline`` says how ends of lines are written, see :func:`written_whole`.
+    """
     with written_whole(path, newline=newline) as file:
         file.write(text)
     return Path(path)
 
 
 def save_figure(figure: Any, path: str | Path, *, dpi: float = 200) -> None:
-    """Write a figure of matplotlib whole or not at all.
+    """Write a figure of matplotlib whole or not at all, in the format of the ending of its name.
 
-    The ending of the name says in which format.
+    ``dpi`` are dots per inch, for formats that have dots.
     """
     with written_whole(path, "wb") as file:
         figure.savefig(file, format=Path(path).suffix[1:].lower() or "png", dpi=dpi)
 
 
 def as_json(value: Any) -> NDArray[np.str_]:
-    """Words and numbers as a text in JSON that an archive keeps; :func:`of_json` reads it."""
+    """Words and numbers as a text in JSON that an archive keeps, see :func:`of_json`."""
     return np.array(json.dumps(value, default=np.generic.item))
 
 
@@ -137,7 +152,7 @@ def write_archive(path: str | Path, arrays: Mapping[str, Any], *, compressed: bo
 
 
 def read_text(path: str | Path) -> str:
-    """Text of a file in UTF-8.
+    """Text of the file ``path`` in UTF-8.
 
     Raises
     ------
@@ -158,6 +173,7 @@ def parsed_json(text: str, name: object) -> Any:
 
     Parameters
     ----------
+    text : of the file
     name : of its file, for errors
 
     Raises
@@ -177,6 +193,7 @@ def parsed_json(text: str, name: object) -> Any:
         return out
 
     def integer(digits: str) -> int:
+        """An integer of the file, refused where it is too long."""
         if len(digits) > LONGEST_INTEGER:
             raise InputError(f"{name}: the number {digits[:12]}... has {len(digits)} digits, more than a number may")
         return int(digits)
@@ -187,6 +204,7 @@ def parsed_json(text: str, name: object) -> Any:
         raise InputError(f"{name}: line {error.lineno}, column {error.colno}: not JSON: {error.msg}") from None
     except RecursionError:
         raise InputError(f"{name}: nested too deeply, {DEEPEST} levels are the most") from None
+    # level by level without recursion: what is done with the value later recurses
     level = [value]
     for _ in range(DEEPEST + 1):
         inside = (v.values() if isinstance(v, dict) else v for v in level if isinstance(v, dict | list))
@@ -217,19 +235,20 @@ class Archive(dict[str, Any]):
         self.path = path
 
     def __missing__(self, name: str) -> NDArray[Any]:
+        """Refuse a name that is not there, as the lookup of a dict asks for it."""
         raise InputError(
             f"{self.path} lacks {name!r}: it is a file of something else, was cut short, or is of another version of "
             "this package"
         )
 
     def group(self, name: str, mark: str = ".") -> Archive:
-        """Those whose names begin with that of a group and a mark, by what follows."""
+        """Arrays whose names begin with that of a group and a mark, by what follows in their names."""
         begin = f"{name}{mark}"
         return Archive(self.path, {k.removeprefix(begin): v for k, v in self.items() if k.startswith(begin)})
 
 
 def read_archive(path: str | Path) -> Archive:
-    """All arrays of a numpy archive by name.
+    """All arrays of the numpy archive ``path`` by name.
 
     Raises
     ------

@@ -19,7 +19,10 @@ _MAPPINGS = (dict, Mapping)
 
 
 def frozen(value: T) -> T:
-    """The value itself, all arrays in it made read-only: in tuples, lists and mappings too, not in other objects."""
+    """The value itself, with all arrays in it made read-only.
+
+    They are looked for in tuples, lists and mappings, not in other objects.
+    """
     if isinstance(value, np.ndarray):
         value.flags.writeable = False
     # plain classes first: whether something is a Mapping takes ten times as long to ask
@@ -31,6 +34,7 @@ def frozen(value: T) -> T:
 
 
 def _freeze(items: Iterable[Any]) -> None:
+    """Make all arrays in some values read-only."""
     for item in items:
         # faces are tuples of thousands of numbers: these are not asked one by one what they are
         if type(item) not in _PLAIN:
@@ -38,7 +42,10 @@ def _freeze(items: Iterable[Any]) -> None:
 
 
 def owned(value: ArrayLike) -> Array:
-    """A read-only array of its own: a copy, unless it is one already, so that its maker cannot change it either."""
+    """A read-only array of numbers that nobody can change, its maker neither.
+
+    It is a copy, unless the value is read-only and shares its numbers with no other array.
+    """
     array = np.asarray(value, dtype=float)
     if array.flags.writeable or not array.flags.owndata:
         array = array.copy()
@@ -49,21 +56,23 @@ class ReadOnly:
     """A frozen dataclass whose arrays are read-only, when made, copied and unpickled."""
 
     def __init_subclass__(cls, **options: Any) -> None:
+        """Freeze after the check of a class that has one of its own, which would else replace ours."""
         super().__init_subclass__(**options)
         check: Callable[..., None] | None = cls.__dict__.get("__post_init__")
         if check is not None:
             cls.__post_init__ = _then_frozen(check)  # type: ignore[method-assign]
 
     def __post_init__(self) -> None:
+        """Freeze the arrays of a new object."""
         frozen(vars(self))
 
     def __setstate__(self, state: Mapping[str, Any]) -> None:
-        # arrays come writable out of a pickle and a deep copy
+        """Freeze the arrays of a copy: they come writable out of a pickle and a deep copy."""
         vars(self).update(frozen(dict(state)))
 
 
 def _then_frozen(check: Callable[..., None]) -> Callable[..., None]:
-    """The check of a dataclass, after which its arrays may not be written."""
+    """The check of a dataclass, its ``__post_init__``, followed by the freezing of its arrays."""
 
     @wraps(check)
     def both(self: Any, *given: Any) -> None:

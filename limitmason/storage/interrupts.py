@@ -4,7 +4,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-_ended = threading.local()
+_ended = threading.local()  # ``runs``: how many of this thread an interrupt has ended
 
 
 def ends_early() -> None:
@@ -14,12 +14,14 @@ def ends_early() -> None:
 
 @contextmanager
 def handed_on() -> Iterator[None]:
-    """Interrupt what calls runs whose results are kept, where an interrupt has ended one of them early.
+    """Hand an interrupt that ended a run of this block early on to what called the block.
+
+    A run that is interrupted returns what it has. What keeps results must not take that for the whole run.
 
     Raises
     ------
     KeyboardInterrupt
-        At the end of the block, so that no part of a run is taken for all of it, nor an error that follows from it.
+        At the end of such a block, in place of an error that may follow from the part of a run.
     """
     before = getattr(_ended, "runs", 0)
     try:

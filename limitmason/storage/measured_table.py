@@ -12,7 +12,10 @@ from limitmason.errors import InputError
 from limitmason.storage.csv_table import UNITS, Parsed, Tabular, parsed, write_table
 
 BEYOND = {">": "above", "<": "below"}
+"""Where a value lies that was not reached, by the sign before the number in its cell."""
+
 FORCES = {"N": 1.0, "kN": 1e3, "MN": 1e6}
+"""Newtons by unit of force."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,11 @@ class MeasuredTable(Tabular):
     def column(self, name: str, what: str = "") -> tuple:
         """Values of a column.
 
+        Parameters
+        ----------
+        name : of the column
+        what : what it is needed for, for the error; empty for nothing to tell
+
         Raises
         ------
         InputError
@@ -62,7 +70,7 @@ class MeasuredTable(Tabular):
         return self.columns[name]
 
     def positive(self, name: str, what: str = "") -> list[float]:
-        """Values of a column of positive numbers.
+        """Values of a column of positive numbers, with arguments as for :meth:`column`.
 
         Raises
         ------
@@ -87,6 +95,7 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
 
     Parameters
     ----------
+    path : of the file
     blanks : whether columns of numbers may have blank cells, which are NaN. A value that was not reached may then be
         written as a bound: "> 20", "< 3"
 
@@ -112,25 +121,37 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
     header, units, lines = found.header, found.units, found.lines
     columns, beyond = {}, {}
     for k, name in enumerate(header):
-        cells = [row[k] or ("nan" if blanks else "") for row in found.rows]
-        for i, cell in enumerate(cells if blanks else ()):
-            if cell[0] in BEYOND and _number(cell[1:]) is not None:
-                beyond[i, name], cells[i] = BEYOND[cell[0]], cell[1:]
+        cells = [row[k] for row in found.rows]
+        if blanks:
+            cells = [cell or "nan" for cell in cells]
+            for i, cell in enumerate(cells):
+                if cell[0] in BEYOND and _number(cell[1:]) is not None:
+                    beyond[i, name], cells[i] = BEYOND[cell[0]], cell[1:]
         columns[name] = _column(str(path), name, units[k], lines, cells)
     return MeasuredTable(str(path), dict(zip(header, units, strict=True)), columns, tuple(lines), beyond)
 
 
 def _check_layout(path: str, found: Parsed) -> None:
-    """Refuse columns without a name or of one name, rows of another length, and columns without a unit."""
+    """Refuse a table that cannot be read without doubt.
+
+    Its columns need a name that no other has, and a unit, its rows a cell for each of them.
+
+    Parameters
+    ----------
+    path : of the file, for errors
+    found : the table as text
+    """
     header, units = found.header, found.units
     twice = next((h for i, h in enumerate(header) if h in header[:i]), None)
-    if twice is not None or "" in header:
-        raise InputError(f"{path}: row {found.header_line}: " + (f"the column {twice!r} is there twice" if twice else
-                         f"column {header.index('') + 1} has no name"))
+    if twice:
+        raise InputError(f"{path}: row {found.header_line}: the column {twice!r} is there twice")
+    if "" in header:
+        raise InputError(f"{path}: row {found.header_line}: column {header.index('') + 1} has no name")
     for number, row in zip([found.units_line, *found.lines], [units, *found.rows], strict=True):
         if len(row) != len(header):
             raise InputError(f"{path}: row {number} has {len(row)} cells, the header has {len(header)}")
     for name, unit in zip(header, units, strict=True):
+        # a number is the first value of a table without a line of units
         if not unit or _number(unit) is not None:
             raise InputError(
                 f"{path}: row {found.units_line} must give the unit of every column; {name!r} has {unit!r} ('-' for "
@@ -145,8 +166,9 @@ def write_measured(
 
     Parameters
     ----------
+    path : of the file, which must not be there yet: it may be somebody's work
     units : columns in order with their units
-    rows : one mapping per row
+    rows : one mapping per row, column to value
     note : comment lines below the units
 
     Raises
@@ -162,7 +184,13 @@ def write_measured(
 
 
 def force_factor(given: str, wanted: str, where: str) -> float:
-    """Factor from one unit of force to another, 1 for equal units.
+    """Factor from one unit of force to another, 1 for equal units of any kind.
+
+    Parameters
+    ----------
+    given : unit of the values
+    wanted : unit of the predictions
+    where : the column of the values, for the error
 
     Raises
     ------
@@ -177,12 +205,15 @@ def force_factor(given: str, wanted: str, where: str) -> float:
 
 
 def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequence[str]) -> tuple:
-    """Values of a column: numbers, or words where most are no numbers and the unit is "-".
+    """Values of a column: numbers, or words where most are none and the unit is "-".
 
     Parameters
     ----------
-    lines : number of every line, for errors
-    cells : its text
+    path : of the file, for errors
+    name : of the column
+    unit : of the column
+    lines : line of every cell in the file, for errors
+    cells : their texts
     """
     for line, cell in zip(lines, cells, strict=True):
         if not cell:
@@ -191,6 +222,7 @@ def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequen
     bad = [k for k, value in enumerate(values) if value is None]
     if not bad:
         return tuple(values)
+    # a few words among numbers are slips of the pen
     if unit == "-" and len(bad) >= len(cells) / 2:
         return tuple(cells)
     why = f"its unit is {unit!r}" if unit != "-" else "most of the column are numbers"
@@ -198,7 +230,7 @@ def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequen
 
 
 def _number(cell: str) -> float | None:
-    """A cell as a number, None where it is none; "nan" is one."""
+    """A cell as a number, or None where it is none; "nan" is one, as blank cells become it."""
     try:
         value = float(cell)
     except ValueError:

@@ -1,4 +1,4 @@
-"""The command ``app``: the page in the browser."""
+"""The command ``app``: serve the page of :mod:`limitmason.app` to a browser."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from limitmason.cli import console
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
-    """Add ``app``."""
+    """Add ``app`` to the commands."""
     app = console.command(
         commands, "app", _serve,
         help="open the application in the browser: build or load a structure, solve, look, download the script",
@@ -23,7 +23,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _serve(options: argparse.Namespace) -> int:
-    """Serve the application until it is interrupted."""
+    """Serve the page until it is interrupted, from the folder and at the port that were typed in ``options``."""
     from limitmason.app.server import Server
 
     with Server(options.folder, options.port) as server:
