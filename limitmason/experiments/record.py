@@ -17,6 +17,7 @@ from limitmason.model.load import Loads
 from limitmason.model.stages import Drive
 
 KINDS = ("measured", "published", "recomputed")
+"""Tables of an experiment with values that a prediction can be held against."""
 
 
 class Quantity(float):
@@ -66,8 +67,12 @@ class Source:
     Parameters
     ----------
     name : key in ``limitmason.experiments.load``
-    title, kind : what it is, "experiment" or "numerical benchmark"
-    citation, doi, url, licence : doi and url are empty where the sources at hand do not give them
+    title : one line on what it is
+    kind : "experiment" or "numerical benchmark"
+    citation : the paper, as text
+    doi : empty where the sources at hand do not give it
+    url : empty where the sources at hand do not give it
+    licence : of the data
     references : what the keys in the ``source`` column of the CSV files stand for
     caveats : to be read before using the numbers
     papers : what to cite for its numbers; what the sources at hand do not give is left out
@@ -101,9 +106,14 @@ class Option(NamedTuple):
 class TargetValue(NamedTuple):
     """A value that a prediction can be held against.
 
-    ``kind`` and ``quantity`` point into the experiment; ``flow_rule`` is the one the value was computed with (None for
-    a measured value), ``options`` are those of the assembly it belongs to. ``copy``: by another program from the same
-    model as one of the others, so that it is no reference of its own.
+    Parameters
+    ----------
+    quantity : its name in the table of that kind
+    kind : table of the experiment, one of :data:`KINDS`
+    flow_rule : with which it was computed; None for a measured value
+    direction : sense of the live load, "+" or "-"
+    options : of the assembly it belongs to
+    copy : whether another program computed it from the same model as one of the others: it is no reference of its own
     """
 
     quantity: str
@@ -122,7 +132,8 @@ class Experiment:
 
     Parameters
     ----------
-    source, specimen : where it comes from and its name there
+    source : where it comes from
+    specimen : its name there
     title : one line on what it is
     parameters : geometry and material as the source gives them, each a ``Quantity`` or a word
     measured : measured quantities, empty for a numerical benchmark
@@ -171,7 +182,7 @@ class Experiment:
 
     @property
     def buildable(self) -> bool:
-        """Whether an assembly can be built, of what the sources say or of what was inferred from them."""
+        """Whether an assembly can be built, from the sources or from what was inferred of them."""
         return self.recipe.assembly is not None and (self.has_model or bool(self.inferred))
 
     @property
@@ -182,7 +193,7 @@ class Experiment:
 
     @property
     def directions(self) -> tuple[str, ...]:
-        """Senses of the live load that the targets ask for, out of "+" and "-"."""
+        """Senses of the live load that the targets ask for, out of "+" and "-", "+" without targets."""
         return tuple(d for d in ("+", "-") if any(t.direction == d for t in self.targets)) or ("+",)
 
     def value(self, target: TargetValue) -> Quantity:
@@ -208,6 +219,7 @@ class Experiment:
 
     @cached_property
     def _assembly(self) -> Assembly:
+        """The assembly, built once."""
         if self.recipe.assembly is None or not self.buildable:
             raise InputError(f"{self.name} has no assembly: {self.no_model}")
         return self.recipe.assembly(self)
@@ -244,7 +256,7 @@ class Experiment:
 
         Raises
         ------
-        ValueError
+        InputError
             Where nothing is driven.
         """
         if self.recipe.drive is None:
@@ -293,7 +305,7 @@ class Experiment:
 
 
 def _lines(table: Mapping[str, Quantity | str]) -> list[str]:
-    """Quantities in words, one line each."""
+    """Quantities and words of a table, one line each, with the remark of the source."""
     width = max(map(len, table), default=0)
     return [
         f"  {key:<{width}}  {value}" + (f"  ({value.note})" if isinstance(value, Quantity) and value.note else "")
@@ -302,7 +314,7 @@ def _lines(table: Mapping[str, Quantity | str]) -> list[str]:
 
 
 def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source: str) -> dict[str, Any]:
-    """Defaults overridden by what is given.
+    """Defaults of options, overridden by what is given.
 
     An unknown option, or choice of one, is an error that lists the known ones.
 
@@ -310,6 +322,7 @@ def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source
     ----------
     table : options of a source by name
     given : what a user chose
+    source : name of the source, for errors
     """
     for key in given:
         if key not in table:

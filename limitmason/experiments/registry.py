@@ -11,10 +11,13 @@ from limitmason.experiments import tables
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment
 
+_SHOWN = 12
+"""So many specimens are named in an error; a large source has two hundred."""
+
 
 @cache
 def sources() -> tuple[str, ...]:
-    """Names of the packaged sources."""
+    """Names of the packaged sources, one for every folder of this package."""
     package = import_module(__package__)
     return tuple(sorted(m.name.replace("_", "-") for m in pkgutil.iter_modules(package.__path__) if m.ispkg))
 
@@ -66,7 +69,7 @@ def load(source: str, specimen: str, **options: object) -> Experiment:
     found = recipe_of(source)
     known = found.specimens()
     if specimen not in known:
-        names = ", ".join(known) if len(known) <= 12 else ", ".join(known[:12]) + ", ..."
+        names = ", ".join(known[:_SHOWN]) + (", ..." if len(known) > _SHOWN else "")
         raise InputError(f"{source} has no specimen {specimen!r}{_near(specimen, known, 3)}; it has {names}")
     return found.load(specimen, **options)
 
@@ -99,6 +102,7 @@ def recipe_of(source: str) -> Recipe:
 
 
 def _near(name: str, known: tuple[str, ...], most: int) -> str:
+    """Up to ``most`` known names that are spelt much like a wrong one, in words, or nothing."""
     near = get_close_matches(str(name), known, n=most, cutoff=0.3)
     return f"; near it: {', '.join(near)}" if near else ""
 

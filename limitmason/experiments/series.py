@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
@@ -21,7 +22,7 @@ RESULTS = ("failure type", "failure")  # parameters that are outcomes, not covar
 
 
 def series_of(name: str) -> str | None:
-    """The packaged source that a name means: its name or the beginning of one, or None where it is none."""
+    """The packaged source that a name means, in full or by its beginning, or None."""
     found = [s for s in registry.sources() if s == name] or [s for s in registry.sources() if s.startswith(name)]
     if len(found) > 1:
         raise InputError(f"the series {name!r} could be {' or '.join(found)}")
@@ -39,14 +40,17 @@ def tilted(series: str) -> bool:
 
 
 def overloaded(series: str, rows: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether the dead load is more than the weight of the blocks."""
+    """Whether the dead load of a series is more than the weight of its blocks, judged by its first row."""
     test = registry.load(series, rows[0]["specimen"])
     wall = test.assembly()
     return not np.allclose(test.loads().dead, Loads.weight(wall).dead)
 
 
 def check_specimens(table: MeasuredTable, series: str, measured: str) -> tuple[float, str]:
-    """Factor from the unit of the measured column to that of the predictions, and the latter."""
+    """Factor from the unit of the column ``measured`` to that of predictions, and the latter.
+
+    Specimens and directions of the table that the series does not have are refused.
+    """
     check_names(table, series)
     table.column(measured, "the measured values")
     unit = registry.load(series, registry.specimens(series)[0]).multiplier_to_measured.unit
@@ -54,7 +58,7 @@ def check_specimens(table: MeasuredTable, series: str, measured: str) -> tuple[f
 
 
 def check_names(table: MeasuredTable, series: str) -> None:
-    """Refuse specimens and directions that the series does not have."""
+    """Refuse specimens and directions of a table that the series does not have."""
     known = registry.specimens(series)
     for line, name in zip(table.lines, table.column("specimen", f"the specimens of {series}"), strict=True):
         if name not in known:
@@ -67,15 +71,20 @@ def check_names(table: MeasuredTable, series: str) -> None:
 
 
 def series_notes(series: str, table: MeasuredTable, inputs: Iterable[str]) -> list[str]:
-    """What the models assume, and what the sources leave open that no measured input of these names covers."""
+    """What the models of a series assume, and what its sources leave open, one sentence each.
+
+    Parameters
+    ----------
+    series : name of the packaged source
+    table : whose specimens are asked for
+    inputs : names of the measured inputs, which close what the sources leave open
+    """
     names = list(dict.fromkeys(table.column("specimen")))
-    said: dict[str, int] = {}
-    for name in names:
-        for sentence in registry.load(series, name).assumptions:
-            said[sentence] = said.get(sentence, 0) + 1
+    said = Counter(sentence for name in names for sentence in registry.load(series, name).assumptions)
     notes = [s if k == len(names) else f"{s} (For {k} of the specimens.)" for s, k in said.items()]
     given = set(inputs)
     for name, values in registry.load(series, names[-1]).open_options.items():
+        # words, such as a bond, are no inputs that could be measured
         if name not in given and all(isinstance(v, float) for v in values):
             notes.append(f"The sources leave {name} open ({min(values):g} to {max(values):g}); no measured input of "
                          "that name is given, so it is taken as exact.")
@@ -83,7 +92,7 @@ def series_notes(series: str, table: MeasuredTable, inputs: Iterable[str]) -> li
 
 
 def packaged_table(series: str) -> MeasuredTable:
-    """Measured values of a packaged series with what varies between its specimens, one row per value.
+    """Measured values of a packaged series, one row per value, with what varies between specimens.
 
     Raises
     ------
@@ -91,9 +100,9 @@ def packaged_table(series: str) -> MeasuredTable:
         Where nothing was measured.
     """
     rows, units = [], {"specimen": "-", "direction": "-", "measured": "-", "group": "-"}
-    configurations: dict[tuple, str] = {}
+    configurations: dict[tuple, str] = {}  # letter of a group by the parameters that its specimens share
     cases = cases_of(series)
-    shown: dict[str, str] = {}
+    shown: dict[str, str] = {}  # units of the parameters by name
     for case in cases:
         for name, value in case.parameters.items():
             if name not in RESULTS:
@@ -101,10 +110,8 @@ def packaged_table(series: str) -> MeasuredTable:
     for case in cases:
         words = {w: case.row[w] for w in WORDS if case.row.get(w)}
         inside = {k: _plain(case.parameters[k]) for k in shown if k in case.parameters}
-        key = tuple(inside.items())
-        group = configurations.setdefault(
-            key, chr(ord("A") + len(configurations) % 26) + "'" * (len(configurations) // 26)
-        )
+        group = configurations.setdefault(tuple(inside.items()), _letter(len(configurations)))
+        # where nothing can be predicted what others computed stands beside what was measured
         published = [t for t in case.targets if t.kind == "published"] if not case.has_model else []
         for target in case.targets:
             if target.kind != "measured":
@@ -121,6 +128,7 @@ def packaged_table(series: str) -> MeasuredTable:
     if not rows:
         raise InputError(f"{series} has no measured values; it is a numerical benchmark")
     units.update({k: u for k, u in shown.items() if k not in units})
+    # columns that every row has, and of covariates only those that vary
     whole = [k for k in units if all(k in r for r in rows)]
     kept = [k for k in whole if k in ("specimen", "measured", "group", "predicted") or len({r[k] for r in rows}) > 1]
     if len(configurations) in (1, len(cases)):  # no repeats known, or nothing to tell configurations apart by
@@ -133,12 +141,23 @@ def packaged_table(series: str) -> MeasuredTable:
     )
 
 
+def _letter(number: int) -> str:
+    """Name of a group by its number from 0: A to Z, then A' to Z', and so on."""
+    return chr(ord("A") + number % 26) + "'" * (number // 26)
+
+
 def _plain(value: Any) -> Any:
+    """A parameter as a word or a plain number."""
     return value if isinstance(value, str) else float(value)
 
 
 def write_template(path: Path, model: str | None = None) -> None:
-    """Write a data file to start from: an example, or the measured values of a packaged series.
+    """Write a data file to start from: an example, or the measured values of a series.
+
+    Parameters
+    ----------
+    path : of the file, which must not be there yet
+    model : name of a packaged series, or its beginning; None for the example
 
     Raises
     ------
@@ -158,7 +177,7 @@ def write_template(path: Path, model: str | None = None) -> None:
 
 
 def copy_template(name: str, path: Path) -> None:
-    """Copy a file of the folder ``template``, whose example numbers are made up.
+    """Copy the file ``name`` of the folder ``template``, whose example numbers are made up, to a path.
 
     Raises
     ------

@@ -37,7 +37,11 @@ class Variant(NamedTuple):
 class Departure(NamedTuple):
     """What tests showed of an answer outside the range of theory, or of no answer.
 
-    It belongs to the cases of its source whose name holds ``word`` and whose verdict or status begins with ``begins``.
+    Parameters
+    ----------
+    word : in the names of the cases of its source to which it belongs
+    begins : beginning of their verdict or status
+    reason : what tests showed
     """
 
     word: str
@@ -78,14 +82,15 @@ class Shown:
         thorough : the standard search everywhere, and the range proven where that can be
         """
         if not thorough:
-            several_ends = specimen in self.stubborn and not variant
-            return self.settings._replace(search="standard") if several_ends else self.settings
+            # what is known of a specimen is known of it as packaged, without a variant
+            stubborn = specimen in self.stubborn and not variant
+            return self.settings._replace(search="standard") if stubborn else self.settings
         return self.settings._replace(search="standard", proven=None if variant else self.proven.get(specimen))
 
     def reason_for(self, case: str, outcome: str) -> str:
-        """What is known of a case whose verdict or status is ``outcome``.
+        """What is known of a departure, empty where nothing is.
 
-        It is empty where nothing is.
+        ``case`` is the name of the case, ``outcome`` its verdict or status.
         """
         for departure in self.departures:
             if departure.word in case and outcome.startswith(departure.begins):

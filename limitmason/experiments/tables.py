@@ -39,7 +39,10 @@ class TextTable:
         raise InputError(f"{self.name} has no row with {column} {key!r}")
 
     def quantity(self, row: Mapping[str, str], column: str, note: str = "") -> Quantity | None:
-        """A cell of a row as a number with its unit, None for a blank cell."""
+        """A cell of a row as a number in the unit of its column, None for a blank cell.
+
+        ``note`` is a remark to hang on it.
+        """
         text = row[column]
         if not text:
             return None
@@ -50,7 +53,10 @@ class TextTable:
             raise InputError(f"{self.name}: {column} of {first!r} is not a number: {text!r}") from None
 
     def quantities(self, row: Mapping[str, str], columns: Mapping[str, str], note: str = "") -> dict[str, Quantity]:
-        """Cells that are not blank, renamed: ``columns`` maps the new name to the column."""
+        """Cells of a row that are not blank, by new names, each with a note.
+
+        ``columns`` maps the new name to the column.
+        """
         found = {name: self.quantity(row, column, note) for name, column in columns.items()}
         return {name: value for name, value in found.items() if value is not None}
 
@@ -83,7 +89,7 @@ def _names(source: str, tables: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def parse_table(text: str, name: str) -> TextTable:
-    """Table from the text of a CSV file.
+    """Table from the text of a CSV file, called ``name`` in errors.
 
     See :mod:`limitmason.storage.csv_table`.
     """
@@ -99,7 +105,7 @@ def parse_table(text: str, name: str) -> TextTable:
 
 @cache
 def read_description(source: str) -> Mapping:
-    """Content of a source's ``source.json``: citation, licence, caveats, options, columns and checksums."""
+    """Content of a source's ``source.json``: citation, licence, options, columns and more."""
     return json.loads((folder(source) / "source.json").read_text(encoding="utf-8"))
 
 
@@ -115,7 +121,7 @@ def read_options(source: str) -> Mapping[str, Option]:
 @cache
 def read_shown(source: str) -> Shown:
     """How a source is shown beside the theories, as its ``source.json`` states it."""
-    said = dict(read_description(source)["shown"])
+    said = dict(read_description(source)["shown"])  # a copy: what is taken out of it below stays in the description
     variants = tuple(Variant(name, options) for name, options in said.pop("variants", {"": {}}).items())
     settings: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in said.pop("settings", {}).items()}
     departures = tuple(Departure(**one) for one in said.pop("departures", ()))
@@ -125,11 +131,11 @@ def read_shown(source: str) -> Shown:
 @cache
 def read_source(source: str) -> Source:
     """Description of a source without its columns."""
-    d = read_description(source)
+    said = read_description(source)
     return Source(
-        name=d["name"], title=d["title"], kind=d["kind"], citation=d["citation"], doi=d["doi"], url=d["url"],
-        licence=d["licence"], references=d["references"], caveats=tuple(d["caveats"]),
-        papers=tuple(Reference(**paper) for paper in d.get("papers", ())),
+        name=said["name"], title=said["title"], kind=said["kind"], citation=said["citation"], doi=said["doi"],
+        url=said["url"], licence=said["licence"], references=said["references"], caveats=tuple(said["caveats"]),
+        papers=tuple(Reference(**paper) for paper in said.get("papers", ())),
     )
 
 

@@ -24,6 +24,7 @@ from limitmason.model.stages import Drive
 
 NAME = "bnw-walls"
 BEAM = "beam"
+WEIGHTLESS = 1e-6  # density of the units [kg/m3]: a block needs a positive one
 FORCE = 1e3  # live load [N]: the multiplier is the horizontal force in kN
 NO_FRICTION = (
     "friction of the mortar joints is not in the sources at hand (the material table was lost, the database leaves it "
@@ -39,8 +40,8 @@ ASSUMED: Mapping[str, Any] = {
 }
 """Taken for units that deform where no option says otherwise; none of it is in the sources at hand."""
 
-CRACK_STIFFNESS = 2e11, 1e11
-"""Normal and shear stiffness of a closed crack in a unit [Pa/m]: it adds 6 % to the compliance of a unit of 3.1 GPa."""
+CRACK_STIFFNESS: Mapping[str, Any] = {"normal_stiffness": 2e11, "shear_stiffness": 1e11}
+"""Of a closed crack in a unit [Pa/m]: it adds 6 % to the compliance of a unit of 3.1 GPa."""
 
 
 specimens = names_in(NAME, "walls.csv")
@@ -48,7 +49,13 @@ specimens = names_in(NAME, "walls.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One of "BNW1", "BNW2", "BNW3", see ``OPTIONS``."""
+    """The experiment of a wall.
+
+    Parameters
+    ----------
+    specimen : "BNW1", "BNW2" or "BNW3"
+    options : of the assembly, see ``OPTIONS``
+    """
     table = read_table(NAME, "walls.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
@@ -86,65 +93,79 @@ def _assumed_of_units(chosen: Mapping[str, Any]) -> tuple[str, ...]:
             "The masonry strength is assumed for every joint, uniform and plastic; units are rigid, so cracks through "
             "units, seen in the tests of BNW2 and BNW3, cannot appear.",
         )
-    o: dict[str, Any] = {k: ASSUMED.get(k) if v is None else v for k, v in chosen.items()}
-    strength = "the masonry's strength" if o["unit_strength"] is None else f"{1e-6 * o['unit_strength']:g} MPa"
-    cracks = "a brittle crack may open across the middle of each whole unit" if o["unit_cracks"] else "no crack planes"
+    options = _completed(chosen)
+    strength = "the masonry's strength"
+    if options["unit_strength"] is not None:
+        strength = f"{1e-6 * options['unit_strength']:g} MPa"
+    cracks = "no crack planes"
+    if options["unit_cracks"]:
+        cracks = "a brittle crack may open across the middle of each whole unit"
     return (
-        f"Units are assumed isotropic, Mohr-Coulomb with a tension cut-off: E {1e-9 * o['young_modulus']:g} GPa, nu "
-        f"{o['poisson_ratio']:g}, {strength} in uniaxial compression, {o['unit_friction_deg']:g} degrees, dilatancy 0, "
-        f"ft {1e-6 * o['unit_tension']:g} MPa, nothing of it lost in yielding; {cracks}. None of this is in the "
-        "sources at hand.",
-        f"Joints are assumed to have kn {1e-9 * o['kn']:g} and ks {1e-9 * o['ks']:g} GPa/m, no tensile strength, and "
-        "to lose nothing in slip.",
+        "Units are assumed isotropic, Mohr-Coulomb with a tension cut-off: E "
+        f"{1e-9 * options['young_modulus']:g} GPa, nu {options['poisson_ratio']:g}, {strength} in uniaxial "
+        f"compression, {options['unit_friction_deg']:g} degrees, dilatancy 0, ft {1e-6 * options['unit_tension']:g} "
+        f"MPa, nothing of it lost in yielding; {cracks}. None of this is in the sources at hand.",
+        f"Joints are assumed to have kn {1e-9 * options['kn']:g} and ks {1e-9 * options['ks']:g} GPa/m, no tensile "
+        "strength, and to lose nothing in slip.",
     )
 
 
+def _completed(chosen: Mapping[str, Any]) -> dict[str, Any]:
+    """Options of units that deform, with what is assumed where none was chosen."""
+    return {k: ASSUMED.get(k) if v is None else v for k, v in chosen.items()}
+
+
 def unit_material(test: Experiment) -> Material:
-    """Material of the units that deform: Mohr-Coulomb of a uniaxial strength fc, c = fc / (2 tan(45 + phi / 2)).
+    """Material of the units of a wall that deform: Mohr-Coulomb with a uniaxial strength fc.
+
+    The cohesion is c = fc / (2 tan(45 + phi / 2)). fc is that of the masonry where no option says otherwise.
 
     Raises
     ------
     InputError
         For rigid units.
     """
-    o: dict[str, Any] = {k: ASSUMED.get(k) if v is None else v for k, v in test.options.items()}
-    if o["young_modulus"] is None:
+    options = _completed(test.options)
+    if options["young_modulus"] is None:
         raise InputError(f"{test.name} has rigid units: give the option young_modulus")
-    strength = 1e6 * float(test.parameters["masonry strength"]) if o["unit_strength"] is None else o["unit_strength"]
+    strength, friction_deg = options["unit_strength"], options["unit_friction_deg"]
+    if strength is None:
+        strength = 1e6 * float(test.parameters["masonry strength"])
     return Material(
-        young_modulus=o["young_modulus"], poisson_ratio=o["poisson_ratio"], tensile_strength=o["unit_tension"],
-        friction_angle_deg=o["unit_friction_deg"], name="hollow clay unit",
-        cohesion=strength / (2.0 * np.tan(np.deg2rad(45.0 + 0.5 * o["unit_friction_deg"]))),
+        young_modulus=options["young_modulus"], poisson_ratio=options["poisson_ratio"],
+        tensile_strength=options["unit_tension"], friction_angle_deg=friction_deg, name="hollow clay unit",
+        cohesion=strength / (2.0 * np.tan(np.deg2rad(45.0 + 0.5 * friction_deg))),
     )
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wall on its foundation slab under a thin beam."""
-    o, p = test.options, test.parameters
-    deform = o["young_modulus"] is not None
-    crushes = o["crushing"] if o["crushing"] is not None else not deform
-    crushing = {"compressive_strength": float(p["masonry strength"]) * 1e6} if crushes else {}
-    stiff = {k: ASSUMED[k] if o[k] is None and deform else o[k] for k in ("kn", "ks")}
+    """The wall of an experiment on its foundation slab under a thin beam."""
+    options, given = test.options, test.parameters
+    deform = options["young_modulus"] is not None
+    # rigid units cannot crush themselves: their joints do
+    crushes = options["crushing"] if options["crushing"] is not None else not deform
+    crushing = {"compressive_strength": float(given["masonry strength"]) * 1e6} if crushes else {}
+    stiff = {k: ASSUMED[k] if options[k] is None and deform else options[k] for k in ("kn", "ks")}
     joint = Joint.from_friction_coefficient(
-        o["friction"], dilatancy_angle_deg=o["dilatancy_deg"], cohesion=o["cohesion"], name="mortar joint",
-        normal_stiffness=stiff["kn"], shear_stiffness=stiff["ks"], **crushing,
+        options["friction"], dilatancy_angle_deg=options["dilatancy_deg"], cohesion=options["cohesion"],
+        name="mortar joint", normal_stiffness=stiff["kn"], shear_stiffness=stiff["ks"], **crushing,
     )
     unit = unit_material(test) if deform else None
     crack = None
-    if unit is not None and o["unit_cracks"]:
+    if unit is not None and options["unit_cracks"]:
         crack = Joint(
             float(unit.friction_angle_deg or 0.0), cohesion=float(unit.cohesion or 0.0), residual_cohesion=0.0,
             tensile_strength=float(unit.tensile_strength or 0.0), residual_tensile_strength=0.0,
-            normal_stiffness=CRACK_STIFFNESS[0], shear_stiffness=CRACK_STIFFNESS[1], name="crack in a unit",
+            name="crack in a unit", **CRACK_STIFFNESS,
         )
-    courses = int(p["courses"])
+    courses = int(given["courses"])
     # as many whole units as fit: each model unit takes half of the joints beside it and is longer than the unit
-    per_course = int(float(p["length"]) / (float(p["unit length"]) / 1e3))
+    per_course = int(float(given["length"]) / (float(given["unit length"]) / 1e3))
     # weightless, as assumed: the vertical force comes on the beam
     wall = running_wall(
-        length=float(p["length"]), courses=courses, joint=joint, density=1e-6, unit_cracks=crack,
-        unit=(float(p["length"]) / per_course, float(p["height"]) / courses, float(p["thickness"])),
-        top_beam=o["beam_height"], beam_density=0.0,
+        length=float(given["length"]), courses=courses, joint=joint, density=WEIGHTLESS, unit_cracks=crack,
+        unit=(float(given["length"]) / per_course, float(given["height"]) / courses, float(given["thickness"])),
+        top_beam=options["beam_height"], beam_density=0.0,
     )
     if unit is not None:
         wall = wall.with_material(unit, blocks=[b.name for b in wall.blocks if b.name != BEAM])
@@ -158,28 +179,33 @@ def drive(test: Experiment) -> Drive:
 
 
 def curve(test: Experiment) -> Curve:
-    """The database's bilinear idealisation of the measured envelope, positive sense.
+    """The database's bilinear idealisation of the measured envelope of a wall, positive sense.
 
     The displacement is in [mm], the load in [kN].
     """
-    m, height = test.measured, 1e3 * float(test.parameters["height"])
-    force = float(m["bilinear force+"])
-    drifts = (0.0, float(m["bilinear elastic drift+"]), float(m["bilinear ultimate drift+"]))
+    measured, height = test.measured, 1e3 * float(test.parameters["height"])  # [mm]
+    force = float(measured["bilinear force+"])
+    drifts = (0.0, float(measured["bilinear elastic drift+"]), float(measured["bilinear ultimate drift+"]))  # [%]
     return Curve(
-        np.array([1e-2 * d * height for d in drifts]), np.array([0.0, force, force]),
+        np.array([1e-2 * drift * height for drift in drifts]), np.array([0.0, force, force]),
         displacement_unit="mm", load_unit="kN",
         label=f"{test.specimen}, bilinear of the measured envelope", source=str(test.source),
     )
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Vertical force dead at the beam's centroid, and 1 kN sideways at the top of the wall live, along x by its
-    sense.
+    """Vertical force dead at the beam's centroid, and 1 kN sideways live at the height H0.
+
+    Parameters
+    ----------
+    test : the experiment
+    wall : its assembly
+    sense : 1 for a live load along x, -1 against it
     """
-    p = test.parameters
-    force = float(p["vertical stress"]) * 1e6 * float(p["length"]) * float(p["thickness"])
+    given = test.parameters
+    force = float(given["vertical stress"]) * 1e6 * float(given["length"]) * float(given["thickness"])
     i = wall.block_index(BEAM)
-    at = (wall.centroids[i, 0], wall.centroids[i, 1], float(p["H0 over H"]) * float(p["height"]))
+    at = (wall.centroids[i, 0], wall.centroids[i, 1], float(given["H0 over H"]) * float(given["height"]))
     return (
         Loads.weight(wall)
         .with_precompression(wall, force, block=BEAM)

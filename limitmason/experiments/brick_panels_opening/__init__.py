@@ -29,6 +29,9 @@ _BRICK = ("density", "Young's modulus", "Poisson's ratio")
 _JOINT = ("normal stiffness", "shear stiffness", "friction angle", "cohesion", "tensile strength", "dilation angle")
 _TABLE_4 = "input of the UDEC model calibrated on S1 to S4, Table 4; not measured"
 
+_SPAN, _LONG_SPAN = 2.025, 2.925
+"""Clear opening of the panels and runs, and of the panel L1 [m]."""
+
 LOSSES = tuple(str(v) for v in (LostBy.OPENING, LostBy.OPENING_OR_SLIP, LostBy.NOTHING))
 
 OPTIONS = tables.read_options(NAME)
@@ -39,12 +42,15 @@ specimens = tables.names_in(NAME, "panels.csv", "udec_runs.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """A panel "S1" to "S4" or "L1", or a run "udec-01" to "udec-18".
+    """The experiment of a panel or a run, whose assembly is inferred.
 
-    The assembly is inferred.
+    Parameters
+    ----------
+    specimen : a panel "S1" to "S4" or "L1", or a run "udec-01" to "udec-18"
+    options : of the assembly, see ``OPTIONS``
     """
     chosen = chosen_options(OPTIONS, options, NAME)
-    read_outline(chosen["outline"])
+    read_outline(chosen["outline"])  # refuses a wrong one before anything is built
     run = specimen.startswith("udec-")
     table = tables.read_table(NAME, "udec_runs.csv" if run else "panels.csv")
     row = table.row(specimen)
@@ -94,34 +100,42 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The panel on the outline chosen, with the joints of the run or of Table 4."""
-    o = test.options
+    """The panel of an experiment on the outline chosen, with the joints of the run or of Table 4."""
+    options = test.options
     brick = Material(
-        young_modulus=o["young_modulus"], poisson_ratio=o["poisson_ratio"], density=o["density"], name="brick"
+        young_modulus=options["young_modulus"], poisson_ratio=options["poisson_ratio"], density=options["density"],
+        name="brick",
     )
-    span, outline = 2.925 if test.specimen == "L1" else 2.025, read_outline(o["outline"])
-    return signed(panel(outline, span, joint(test), brick, start=o["start"], bearing=o["bearing"]), test)
+    built = panel(
+        read_outline(options["outline"]), _LONG_SPAN if test.specimen == "L1" else _SPAN, joint(test), brick,
+        start=options["start"], bearing=options["bearing"],
+    )
+    return signed(built, test)
 
 
 def joint(test: Experiment) -> Joint:
-    """Mortar joint of a panel or run."""
-    o, p = test.options, test.parameters
+    """Mortar joint of a panel or run, by its options, else by the values of its source."""
+    options, given = test.options, test.parameters
 
     def value(option: str, name: str, unit: float) -> float:
-        return float(o[option]) if o[option] is not None else unit * float(p[name])
+        """An option in SI units, or the parameter of that name, whose unit measures ``unit`` in SI."""
+        return float(options[option]) if options[option] is not None else unit * float(given[name])
 
     return Joint(
         value("friction_deg", "friction angle", 1.0), dilatancy_angle_deg=value("dilation_deg", "dilation angle", 1.0),
         cohesion=value("cohesion", "cohesion", 1e6),
         tensile_strength=value("tensile_strength", "tensile strength", 1e6),
         normal_stiffness=value("kn", "normal stiffness", 1e9), shear_stiffness=value("ks", "shear stiffness", 1e9),
-        residual_cohesion=0.0, residual_tensile_strength=0.0, lost_by=LostBy(o["loss"]),
-        fracture_energy_tension=o["fracture_energy"], name="mortar",
+        residual_cohesion=0.0, residual_tensile_strength=0.0, lost_by=LostBy(options["loss"]),
+        fracture_energy_tension=options["fracture_energy"], name="mortar",
     )
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Own weight, and 1 kN downwards on the spreader: the multiplier is the load in kN."""
+    """Own weight of the wall, and 1 kN downwards on the spreader: the multiplier is the load in kN.
+
+    ``sense`` -1 turns the live load upwards. ``test`` is not needed: all specimens are loaded alike.
+    """
     del test
     return Loads.weight(wall).with_point_load(wall, "spreader", (0.0, 0.0, -1e3 * sense))
 
@@ -133,13 +147,13 @@ def drive(test: Experiment) -> Drive:
 
 
 def curve(test: Experiment) -> Curve:
-    """Published points of a UDEC run, from own weight on: first failure and failure.
+    """Published points of a UDEC run, from own weight on: first crack and failure.
 
     The displacement is in [mm], the load in [kN].
 
     Raises
     ------
-    ValueError
+    InputError
         For the panels, of which the text gives loads without displacements.
     """
     known = test.published

@@ -11,6 +11,9 @@ from limitmason.model.material import Material
 UNIT = (0.225, 0.075, 0.1025)
 """Brick with its share of the mortar, length, height, thickness [m]."""
 
+_SOLDIERS = 3
+"""Courses that a soldier, a brick set upright, is high."""
+
 BASIS = (
     "the outline follows from the block count, the settlement by own weight, and the stiffness and first-failure loads "
     "in print. It is not published, and other outlines fit nearly as well: show '675/8/5' and '1350/4/3' beside "
@@ -22,7 +25,7 @@ OUTLINES = ("787.5/8/4", "675/8/5", "1350/4/3")
 
 
 class Outline(NamedTuple):
-    """Pier width [m], courses of the opening, courses above the soldiers."""
+    """Width of a pier [m], courses of the opening below its head of soldiers, and courses above that."""
 
     pier: float
     below: int
@@ -30,12 +33,12 @@ class Outline(NamedTuple):
 
 
 def read_outline(text: str) -> Outline:
-    """Outline written as "787.5/8/4".
+    """Outline written as "787.5/8/4": pier [mm], courses below the soldiers and above.
 
     Raises
     ------
-    ValueError
-        For another form, and a pier that is not a whole number of half bricks.
+    InputError
+        For another ``text``, and a pier that is not a whole number of half bricks.
     """
     parts = str(text).split("/")
     try:
@@ -54,11 +57,14 @@ def read_outline(text: str) -> Outline:
 def panel(
     outline: Outline, span: float, joint: Joint, brick: Material, *, start: str, bearing: float = 0.0
 ) -> Assembly:
-    """Panel with a soldier course over its opening and a brick as spreader plate at mid-span.
+    """Panel with soldiers over its opening and a brick as spreader plate at mid-span.
 
     Parameters
     ----------
+    outline : width of the piers and courses
     span : of the opening [m]
+    joint : law of every joint
+    brick : material of every brick
     start : "whole" or "half", the brick at the ends of the bottom course
     bearing : of the soldier course on each pier [m], whole soldiers over both
     """
@@ -66,7 +72,7 @@ def panel(
         outline.pier, 0.0, span, outline.below * UNIT[1], head="soldier", bearing=float(bearing) if bearing else None
     )
     found = wall(
-        length=2.0 * outline.pier + span, courses=outline.below + 3 + outline.above, unit=UNIT, joint=joint,
+        length=2.0 * outline.pier + span, courses=outline.below + _SOLDIERS + outline.above, unit=UNIT, joint=joint,
         start=start, density=brick.density or 2000.0, spreader=(UNIT[0], UNIT[1]),
         openings=[soldiers],
     )

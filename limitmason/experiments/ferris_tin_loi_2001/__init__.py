@@ -17,7 +17,6 @@ ROUNDING = 0.020  # ends pulled in by LMGC90, UDEC and the rounded HybriDFEM col
 OPTIONS = read_options(NAME)
 
 
-
 class Published(NamedTuple):
     """A multiplier that others published: its column of the sheet, flow rule, and whether ends are pulled in.
 
@@ -55,9 +54,12 @@ specimens = names_in(NAME, "walls.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One of the six walls, "wall-1" to "wall-6".
+    """The experiment of a wall.
 
-    See ``OPTIONS``.
+    Parameters
+    ----------
+    specimen : "wall-1" to "wall-6"
+    options : of the assembly, see ``OPTIONS``
     """
     table = read_table(NAME, "walls.csv")
     row, said = table.row(specimen), read_description(NAME)
@@ -98,28 +100,32 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def rows_of(specimen: str) -> list[str]:
-    """Lengths of the units of each course from the bottom, in block lengths.
+    """Courses of a specimen from the bottom, each as the lengths of its units in a text.
 
-    The length is negative for an opening.
+    A length is in block lengths, negative for an opening.
     """
     courses = [r for r in read_table(NAME, "layouts.csv").rows if r["specimen"] == specimen]
     return [r["pattern"] for r in sorted(courses, key=lambda r: int(r["course"]))]
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wall on its ground slab."""
-    o = test.options
-    joint = Joint.from_friction_coefficient(o["friction"], dilatancy_angle_deg=o["dilatancy_deg"], name="dry joint")
-    wall = layout(
-        rows_of(test.specimen), unit=BLOCK, thickness=o["thickness"], joint=joint, density=o["density"], base="slab"
+    """The wall of an experiment on its ground slab."""
+    options = test.options
+    joint = Joint.from_friction_coefficient(
+        options["friction"], dilatancy_angle_deg=options["dilatancy_deg"], name="dry joint"
     )
-    if o["rounding"]:
-        wall = wall.with_contact_ends_pulled_in(o["rounding"], direction=(0, 1, 0))
+    wall = layout(
+        rows_of(test.specimen), unit=BLOCK, thickness=options["thickness"], joint=joint, density=options["density"],
+        base="slab",
+    )
+    if options["rounding"]:
+        # along the courses, not through the thickness
+        wall = wall.with_contact_ends_pulled_in(options["rounding"], direction=(0, 1, 0))
     return signed(wall, test)
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Weight dead, the same weight sideways live."""
+    """Weight of the wall dead, the same weight sideways live, along x or by ``sense`` -1 against it."""
     return Loads.horizontal(wall, direction=(sense, 0.0, 0.0))
 
 

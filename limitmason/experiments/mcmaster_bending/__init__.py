@@ -26,8 +26,10 @@ NAME = "mcmaster-bending"
 SUPPORTS, LOADED = ("support-left", "support-right"), ("load-left", "load-right")
 _DEEP = 0.03  # depth of the bars [m]
 _HARD = 75.0  # stiffness of their contact over that of the joints, as of a bar as wide as the wallette is thick [-]
-_SLIVER = 0.04  # pieces below this part of a block are left out [-]
-_NARROW = 0.025  # and those narrower than this [m]
+_SLIVER = 0.04  # pieces below this part of a block are left out [-]; chosen
+_NARROW = 0.025  # and those narrower than this [m]; chosen
+_STEEPEST = 89.9  # of the axis of a block [deg]: contact grids find the thickness across its horizontal part
+_UNIT_STRESS = 1e6  # flexural stress of the live load [Pa]: the multiplier is the stress in MPa
 
 OPTIONS = tables.read_options(NAME)
 
@@ -37,9 +39,12 @@ specimens = tables.names_in(NAME, "wallettes.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One orientation, for example "theta-90".
+    """The experiment of one orientation of the bed joints.
 
-    See ``OPTIONS``.
+    Parameters
+    ----------
+    specimen : for example "theta-90"
+    options : of the assembly, see ``OPTIONS``
     """
     table = tables.read_table(NAME, "wallettes.csv")
     row = table.row(specimen)
@@ -87,57 +92,67 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wallette upright in the x-z plane, span along x, 0 < y < t.
+    """The wallette of an experiment upright in the x-z plane, span along x, 0 < y < t.
 
-    Two bars behind it (fixed), two before it.
+    Two bars support it at y = 0 and are fixed, two load it at y = t.
     """
-    p, o = test.parameters, test.options
-    length, width = (float(p[k]) / 1e3 for k in ("length", "width"))
+    given, options = test.parameters, test.options
+    length, width = (float(given[k]) / 1e3 for k in ("length", "width"))
     thickness = thickness_of(test)
-    long, high = (float(p[k]) / 1e3 * o["block_scale"] for k in ("block length", "block height"))
-    pieces = cut_bond(length, width, long, high, float(np.deg2rad(p["orientation"])), o["bond_shift"])
-    bar = o["bar_width"]
+    long, high = (float(given[k]) / 1e3 * options["block_scale"] for k in ("block length", "block height"))
+    pieces = cut_bond(length, width, long, high, float(np.deg2rad(given["orientation"])), options["bond_shift"])
+    # in the order of SUPPORTS and LOADED: left, then right
+    bar = options["bar_width"]
     bars = [
         box((side * 0.5 * span - 0.5 * bar, y, -0.5 * width), (side * 0.5 * span + 0.5 * bar, y + _DEEP, 0.5 * width))
-        for span, y in ((o["support_span"], -_DEEP), (o["load_span"], thickness))
+        for span, y in ((options["support_span"], -_DEEP), (options["load_span"], thickness))
         for side in (-1.0, 1.0)
     ]
     names = [f"block-{k}" for k in range(len(pieces))]
-    # never quite vertical: contact grids find the thickness across the horizontal part of the axis
-    angle = np.deg2rad(min(float(p["orientation"]), 89.9))
+    angle = np.deg2rad(min(float(given["orientation"]), _STEEPEST))
     axis = np.array([np.cos(angle), 0.0, np.sin(angle)])
-    lost = ("residual_cohesion", "residual_tensile_strength") if o["residual"] == "none" else ()
+    lost = ("residual_cohesion", "residual_tensile_strength") if options["residual"] == "none" else ()
     brittle: dict[str, Any] = dict.fromkeys(lost, 0.0)
     stiffness: dict[str, Any] = {
-        "normal_stiffness": float(p["normal stiffness"]) * 1e9,
-        "shear_stiffness": float(p["tangential stiffness"]) * 1e9,
+        "normal_stiffness": float(given["normal stiffness"]) * 1e9,
+        "shear_stiffness": float(given["tangential stiffness"]) * 1e9,
     }
     mortar = Joint(
-        float(p["friction angle"]), dilatancy_angle_deg=o["dilatancy_deg"], cohesion=float(p["cohesion"]) * 1e6,
-        tensile_strength=float(p["tensile strength"]) * 1e6, name="mortar joint", **stiffness, **brittle,
+        float(given["friction angle"]), dilatancy_angle_deg=options["dilatancy_deg"],
+        cohesion=float(given["cohesion"]) * 1e6, tensile_strength=float(given["tensile strength"]) * 1e6,
+        name="mortar joint", **stiffness, **brittle,
     )
     # a narrow bar would sink in by more than the wallette bends
     hard = {k: _HARD * v for k, v in stiffness.items()}
-    pin, roller = Joint(float(p["friction angle"]), name="pin", **hard), Joint(0.0, name="roller", **hard)
+    pin, roller = Joint(float(given["friction angle"]), name="pin", **hard), Joint(0.0, name="roller", **hard)
     whole = Assembly.from_polyhedra(
         [prism(q, 0.0, thickness) for q in pieces] + bars, joint=mortar, fixed=SUPPORTS,
         names=[*names, *SUPPORTS, *LOADED], axes=[axis] * len(pieces) + [None] * 4,
         recipe={"blocks cut from a bond": len(pieces)},
     )
-    first = len(pieces)
+    left_support = len(pieces)  # bars come after the blocks, this one first
 
     def law(a: int, b: int, joint: Joint) -> Joint:
-        last = max(a, b)
-        return joint if last < first else pin if last == first else roller
+        """Law between blocks a and b: that of mortar, or of the bar that one of them is."""
+        bar = max(a, b)
+        if bar < left_support:
+            return joint
+        return pin if bar == left_support else roller
 
     laid = (replace(i, joint=law(i.block_a, i.block_b, i.joint)) for i in whole.interfaces)
     return signed(whole.with_interfaces(laid), test)
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Weight along the loads, where there is a density.
+    """Weight along the loads, where there is a density, and live line loads.
 
-    Live line loads for 6 M / (b t^2) = 1 MPa between them.
+    These are along -y, and make a flexural stress 6 M / (b t^2) of 1 MPa between them.
+
+    Parameters
+    ----------
+    test : the experiment
+    wall : its assembly
+    sense : 1; -1 is refused
 
     Raises
     ------
@@ -146,29 +161,36 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     """
     if sense < 0.0:
         raise InputError(f"{NAME} has no loads in direction '-': the wallette is pressed against its supports")
-    force = line_load(test, 1e6)
+    force = line_load(test, _UNIT_STRESS)
     dead = np.zeros((wall.n_blocks, 6))
     if test.options["density"] is not None:
         own = np.array([b.name.startswith("block-") for b in wall.blocks])
         volume = np.array([b.volume for b in wall.blocks])
         dead[own, 1] = -test.options["density"] * GRAVITY * volume[own]
-    none = Loads(dead, np.zeros_like(dead), "four-point bending")
+    found = Loads(dead, np.zeros_like(dead), "four-point bending")
     for bar in LOADED:
-        none = none.with_point_load(wall, bar, (0.0, -force, 0.0))
-    return none
+        found = found.with_point_load(wall, bar, (0.0, -force, 0.0))
+    return found
 
 
 def thickness_of(test: Experiment) -> float:
-    """Thickness of the blocks [m]."""
+    """Thickness of the blocks of an experiment [m], scaled with them where its options say so."""
     scale = test.options["block_scale"] if test.options["scale_thickness"] else 1.0
     return scale * float(test.parameters["block thickness"]) / 1e3
 
 
 def line_load(test: Experiment, stress: float) -> float:
-    """Force of one of the two line loads [N] at a flexural stress 6 M / (b t^2) [Pa] between them."""
-    p, o = test.parameters, test.options
-    width, thickness = float(p["width"]) / 1e3, thickness_of(test)
-    return stress * width * thickness**2 / 6.0 / (0.5 * (o["support_span"] - o["load_span"]))
+    """Force of one of the two line loads [N] at a flexural stress 6 M / (b t^2) between them.
+
+    Parameters
+    ----------
+    test : the experiment
+    stress : that stress [Pa]
+    """
+    options = test.options
+    width, thickness = float(test.parameters["width"]) / 1e3, thickness_of(test)
+    arm = 0.5 * (options["support_span"] - options["load_span"])  # M is the force times this
+    return stress * width * thickness**2 / 6.0 / arm
 
 
 def cut_bond(
@@ -178,8 +200,10 @@ def cut_bond(
 
     Parameters
     ----------
-    length, width : of the rectangle [m]
-    unit_length, unit_height : of a block with its joints [m]
+    length : of the rectangle [m]
+    width : of the rectangle [m]
+    unit_length : of a block with its joints [m]
+    unit_height : of a block with its joints [m]
     angle : of the bed joints to the length [rad]
     shift : of the bed joints from the origin, in courses, 0 <= shift < 1 [-]
 
@@ -189,11 +213,12 @@ def cut_bond(
     """
     window = 0.5 * np.array([[-length, -width], [length, -width], [length, width], [-length, width]])
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    # enough of the bond to cover the rectangle at any angle, and one more for shift and stagger
     reach = 0.5 * float(np.hypot(length, width))
-    rows, columns = (int(np.ceil(reach / s)) + 1 for s in (unit_height, unit_length))
+    rows, columns = (int(np.ceil(reach / size)) + 1 for size in (unit_height, unit_length))
     out = []
     for row in range(-rows, rows):
-        stagger = 0.5 * unit_length * (row % 2)
+        stagger = 0.5 * unit_length * (row % 2)  # half a block in every second course
         for column in range(-columns - 1, columns + 1):
             low = np.array([column * unit_length + stagger, (row + shift) * unit_height])
             corners = low + np.array([[0, 0], [unit_length, 0], [unit_length, unit_height], [0, unit_height]])
@@ -204,6 +229,10 @@ def cut_bond(
 
 
 def _is_sliver(piece: Array, whole: float) -> bool:
+    """Whether a piece is too small, or too narrow, to be a block.
+
+    ``piece`` is its outline [m], shape (n, 2), and ``whole`` the area of a block [m2]. The width is area over length.
+    """
     area = abs(polygon_area_centroid(piece)[0])
     longest = np.linalg.norm(piece[:, None] - piece[None], axis=2).max()
     return bool(area < _SLIVER * whole or area < _NARROW * longest)

@@ -34,9 +34,9 @@ specimens = tables.names_in(NAME, "tests.csv")
 
 
 def measured_curve(specimen: str) -> Curve:
-    """Measured force-displacement curve of a monotonic test: displacement of the top [mm] and force [kN].
+    """Measured force-displacement curve of a monotonic test, thinned.
 
-    Thinned; it unpacks as displacement, force.
+    The displacement is that of the top [mm], the load the horizontal force [kN]. ``specimen`` is its test unit name.
 
     Raises
     ------
@@ -57,17 +57,17 @@ def measured_curve(specimen: str) -> Curve:
 
 
 def curve(test: Experiment) -> Curve:
-    """The curve of a test's own specimen.
-
-    See :func:`measured_curve`.
-    """
+    """The measured curve of an experiment, see :func:`measured_curve`."""
     return measured_curve(test.specimen)
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One of the 21 tests by its test unit name, for example "SW.30.1" or "WS1.100".
+    """The experiment of one of the 21 tests.
 
-    See ``OPTIONS``.
+    Parameters
+    ----------
+    specimen : its test unit name, for example "SW.30.1" or "WS1.100"
+    options : of the assembly, see ``OPTIONS``
     """
     table, series_table = tables.read_table(NAME, "tests.csv"), tables.read_table(NAME, "series.csv")
     row, said = table.row(specimen), tables.read_description(NAME)
@@ -75,7 +75,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     chosen = chosen_options(OPTIONS, options, NAME)
     assumptions, names = list(said["assumptions"]["always"]), said["quantities"]
     left_open: dict[str, tuple[Any, ...]] = {}
-    known, height = bool(series["friction"]), float(row["H0"]) / 1e3
+    known, height = bool(series["friction"]), float(row["H0"]) / 1e3  # of the horizontal force above the ground [m]
     if chosen["friction"] is None:
         chosen["friction"] = float(series["friction"]) if known else WS_FRICTION
         assumptions.append(
@@ -124,26 +124,30 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wall on its ground slab under the loading beam."""
-    o, p = test.options, test.parameters
-    crushing = {"compressive_strength": float(p["masonry strength fc"]) * 1e6} if o["crushing"] else {}
+    """The wall of an experiment on its ground slab under the loading beam."""
+    options, given = test.options, test.parameters
+    crushing = {"compressive_strength": float(given["masonry strength fc"]) * 1e6} if options["crushing"] else {}
     joint = Joint.from_friction_coefficient(
-        o["friction"], dilatancy_angle_deg=o["dilatancy_deg"], name="dry joint", **crushing
+        options["friction"], dilatancy_angle_deg=options["dilatancy_deg"], name="dry joint", **crushing
     )
-    length, height, thickness = (float(p[k]) / 1e3 for k in ("length", "height", "thickness"))
-    courses, lengths = int(p["courses"]), int(p["blocks per course"])
+    length, height, thickness = (float(given[k]) / 1e3 for k in ("length", "height", "thickness"))
+    courses, lengths = int(given["courses"]), int(given["blocks per course"])
     wall = running_wall(
         length=length, courses=courses, unit=(length / lengths, height / courses, thickness),
-        start=o["first_course"], joint=joint, density=UNIT_WEIGHT / GRAVITY,
-        top_beam=2.0 * (o["force_height"] - height), beam_density=0.0,
+        start=options["first_course"], joint=joint, density=UNIT_WEIGHT / GRAVITY,
+        # the force acts at the beam's centroid
+        top_beam=2.0 * (options["force_height"] - height), beam_density=0.0,
     )
-    if o["beam_rotation"] == "held":
+    if options["beam_rotation"] == "held":
         wall = wall.with_supports([Support(BEAM, dofs=("ry",))])
     return signed(wall, test)
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Weight and top load dead, and 1 kN sideways at the beam's centroid live, along x by its sense."""
+    """Weight and top load dead, and 1 kN sideways live at the beam's centroid.
+
+    The live load on the ``wall`` of an experiment is along x for a ``sense`` of 1, against it for -1.
+    """
     return (
         Loads.weight(wall)
         .with_precompression(wall, float(test.parameters["N on top"]) * 1e3, block=BEAM)

@@ -31,8 +31,11 @@ BEAM = "beam"
 DENSITY = 1000.0  # assumed [kg/m3]
 THIN = 0.02  # height of a beam whose centroid is nearly at the top of the wall [m]
 FORCE = 1e3  # live load [N]: the multiplier is the horizontal force in kN
-FILLED = ("F", "TF")
+FILLED = ("F", "TF")  # marks of head joints with mortar in the table
 HELD = 0.5  # height of zero moment over that of a wall whose two ends are held against rotation
+CANTILEVER = 1.0  # height of zero moment over that of a wall that is free to turn at its top
+_CRACK_FRICTION = 30.0  # friction angle of a crack by the diagonal strength [deg]; chosen
+_FITS = 0.05  # change of the length of a unit that needs no mention [-]; chosen
 
 OPTIONS = read_options(NAME)
 
@@ -74,7 +77,13 @@ specimens = names_in(NAME, "walls.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """A wall by its number, for example "189"; see ``OPTIONS``."""
+    """The experiment of a wall.
+
+    Parameters
+    ----------
+    specimen : its number in the database, for example "189"
+    options : of the assembly, see ``OPTIONS``
+    """
     table, responses = read_table(NAME, "walls.csv"), read_table(NAME, "responses.csv")
     row, names = table.row(specimen), read_description(NAME)["quantities"]
     response = next((r for r in responses.rows if r["specimen"] == specimen), None)
@@ -115,77 +124,83 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def units_per_course(row: Any) -> tuple[float, str]:
-    """Units in a course, a whole number of halves, and in words how they fit the length.
+    """Units in a course, a multiple of a half, and in words how they fit the length.
 
     Parameters
     ----------
-    row : of the table of walls
+    row : of the table of walls, with the length of the wall L [m] and that of a unit lb [mm]
     """
     printed = 1e3 * float(row["L"]) / float(row["lb"])
     units = max(1.0, round(2.0 * printed) / 2.0)
     change = 1e3 * float(row["L"]) / units / float(row["lb"]) - 1.0
-    if abs(change) < 0.05:
+    if abs(change) < _FITS:
         return units, f"a unit with its joint is {change:+.1%} of the printed length."
     return units, (f"the units do not fit the wall: {printed:.2f} of them, rounded to whole halves, which makes a unit "
                    f"{change:+.1%} of the printed length.")
 
 
 def value(test: Experiment, name: str) -> float:
-    """An input as chosen, in the unit of the table: the option where one is given, or the median."""
+    """An input of an experiment by name, in the unit of the table: as chosen, or the median."""
     given = test.options[name]
     return inputs_of(test.row)[name].value if given is None else float(given)
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wall on its slab under the rigid beam."""
-    o, row = test.options, test.row
+    """The wall of an experiment on its slab under the rigid beam."""
+    options, row = test.options, test.row
     if value(test, "sigma0") >= value(test, "fc"):
         raise InputError(f"{test.name}: the load sigma0 = {value(test, 'sigma0'):g} MPa is above fc = "
                          f"{value(test, 'fc'):g} MPa; the wall crushes under it")
     units, courses = units_per_course(row)[0], int(row["courses"])
-    if o["coarse"] != 1:
-        units = max(1.0, round(2.0 * units / o["coarse"]) / 2.0)
-        courses = max(2, round(courses / o["coarse"]))
+    if options["coarse"] != 1:
+        # one block for several units and courses: still whole halves, and two courses at least for a bond
+        units = max(1.0, round(2.0 * units / options["coarse"]) / 2.0)
+        courses = max(2, round(courses / options["coarse"]))
     length = float(row["L"])
     unit = length / units, float(row["H"]) / courses, float(row["t"])
-    cracks = None if o["cracks"] == "none" else elastic(test, crack_joint(test), 0.5 * unit[0], "crack")
+    cracks = None if options["cracks"] == "none" else elastic(test, crack_joint(test), 0.5 * unit[0], "crack")
     wall = running_wall(
         length=length, courses=courses, unit=unit, joint=elastic(test, _mortar(test, 1.0, 1.0), unit[1], "mortar"),
         joints={"head": elastic(test, head_joint(test), 0.5 * unit[0], "mortar")}, density=DENSITY,
-        top_beam=o["beam_height"], staggering=None if o["overlap"] == 0.5 else o["overlap"] * unit[0],
+        top_beam=options["beam_height"], staggering=None if options["overlap"] == 0.5 else options["overlap"] * unit[0],
         beam_density=0.0, unit_cracks=cracks,
     )
-    if o["rotation"] == "as tested" and shear_span(test) == HELD:
+    if options["rotation"] == "as tested" and shear_span(test) == HELD:
         wall = replace(wall, supports=(*wall.supports, Support(BEAM, dofs=("ry",))))
     return signed(wall, test)
 
 
 def elastic(test: Experiment, joint: Joint, spacing: float, kind: str) -> Joint:
-    """The joint with the stiffness of a wall of rigid blocks, and the strength it loses, where options ask for them.
+    """The joint with stiffness and fracture energies, where options of an experiment ask for them.
 
-    kn = E / spacing, ks = 2 G / spacing: bed joints and vertical planes each give half of the shear of a wall.
+    The blocks are rigid, so that joints deform for them: kn = E / spacing, ks = 2 G / spacing. Bed joints and vertical
+    planes each give half of the shear of a wall.
 
     Parameters
     ----------
+    test : the experiment
+    joint : law with strengths [Pa]
     spacing : of such joints across their plane [m]
-    kind : of ``ENERGIES``
+    kind : of ``ENERGIES``: "mortar" or "crack"
     """
     energy, share = test.options["energy_share"], test.options["modulus_share"]
     if energy is None and share is None:
         return joint
+    # E and G over the spacing [Pa/m]
     normal, shear = (v * (1.0 if share is None else share) / spacing for v in moduli(test))
     found = replace(joint, normal_stiffness=normal, shear_stiffness=2.0 * shear)
     if energy is None:
         return found
     opening, sliding = (energy * length for length in ENERGIES[kind])
     ft, c = joint.tensile_strength, joint.cohesion
+    # the elastic joint has stored ft^2 / (2 kn) and c^2 / (2 ks), with ks = 2 G / spacing, at its strength
     by_opening = max(opening * ft, LEAST_ENERGY * ft**2 / (2.0 * normal)) if ft else None
     by_slip = max(sliding * c, LEAST_ENERGY * c**2 / (4.0 * shear)) if c else None
     return replace(found, fracture_energy_tension=by_opening, fracture_energy_shear=by_slip)
 
 
 def moduli(test: Experiment) -> tuple[float, float]:
-    """E and G of the wall [Pa], printed or of ``CODE_MODULI``."""
+    """E and G of the wall of an experiment [Pa], printed or of ``CODE_MODULI``."""
     over_strength, shear_share = CODE_MODULI
     row = test.row
     modulus = 1e6 * (float(row["E"]) if row["E"] else over_strength * inputs_of(row)["fc"].value)
@@ -193,80 +208,106 @@ def moduli(test: Experiment) -> tuple[float, float]:
 
 
 def head_joint(test: Experiment) -> Joint:
-    """Law of a head joint: filled, or with friction alone."""
-    o = test.options
+    """Law of a head joint of an experiment: filled, or with friction alone."""
+    options = test.options
     if test.row["head_joints"] in FILLED:
-        return _mortar(test, o["head_share"], o["head_friction"])
-    return _mortar(test, 0.0, o["unfilled_friction"])
+        return _mortar(test, options["head_share"], options["head_friction"])
+    return _mortar(test, 0.0, options["unfilled_friction"])
 
 
 def crack_joint(test: Experiment) -> Joint:
-    """Law of a crack across a unit.
+    """Law of a crack across a unit of an experiment.
 
-    "unit strength": 45 degrees, c = 0.06 fb, tension 0.03 fb. "diagonal strength": 30 degrees, tension ft and
-    c = k ft / b sqrt(1 + s0 / ft), which with k = 2 is the diagonal cracking of :func:`mechanisms.wall_forces` where
-    head joints carry nothing: half of a vertical section is joints, so that its units have twice the mean shear.
+    "unit strength": 45 degrees, c = 0.06 fb, tension 0.03 fb.
+
+    "diagonal strength": 30 degrees, tension ft and c = k ft / b sqrt(1 + s0 / ft), with b = H / L from 1 to 1.5. With
+    k = 2 that is the diagonal cracking of :func:`mechanisms.wall_forces` where head joints carry nothing: half of a
+    vertical section is joints, so that its units have twice the mean shear.
     """
-    o, strength = test.options, 1e6 * value(test, "fc")
-    if o["cracks"] == "unit strength":
+    options, strength = test.options, 1e6 * value(test, "fc")
+    if options["cracks"] == "unit strength":
         fb = 1e6 * value(test, "fb")
-        laws = 45.0, 0.06 * fb, 0.03 * fb
+        friction_deg, cohesion, tension = 45.0, 0.06 * fb, 0.03 * fb
     else:
         ft, stress = 1e6 * value(test, "ft"), 1e6 * value(test, "sigma0")
-        slender = min(max(float(test.row["H"]) / float(test.row["L"]), 1.0), 1.5)
-        cohesion = o["crack_factor"] * ft / slender * math.sqrt(1.0 + stress / ft)
-        laws = 30.0, cohesion, min(ft, cohesion / math.tan(math.radians(30.0)))
-    phi, cohesion, tension = laws
-    return Joint(phi, o["dilatancy_deg"], o["crack_share"] * cohesion, o["crack_share"] * tension,
-                 compressive_strength=strength, name="crack in a unit")
+        slenderness = min(max(float(test.row["H"]) / float(test.row["L"]), 1.0), 1.5)
+        friction_deg = _CRACK_FRICTION
+        cohesion = options["crack_factor"] * ft / slenderness * math.sqrt(1.0 + stress / ft)
+        tension = min(ft, cohesion / math.tan(math.radians(friction_deg)))  # no more than the apex of the cone
+    return Joint(
+        friction_deg, options["dilatancy_deg"], options["crack_share"] * cohesion, options["crack_share"] * tension,
+        compressive_strength=strength, name="crack in a unit",
+    )
 
 
 def _mortar(test: Experiment, share: float, friction: float) -> Joint:
-    """Joint of mortar with a share of the cohesion fv0 and a factor of the friction; none of the former is a dry
-    joint.
+    """Joint of mortar of an experiment, dry without any share of the cohesion.
+
+    ``share`` is that of the cohesion fv0 [-], ``friction`` the factor of the friction coefficient mu [-].
     """
-    o, fv0 = test.options, share * 1e6 * value(test, "fv0")
+    options, fv0 = test.options, share * 1e6 * value(test, "fv0")
     return Joint.from_friction_coefficient(
-        friction * value(test, "mu"), dilatancy_angle_deg=o["dilatancy_deg"] if friction else 0.0,
-        cohesion=o["cohesion_share"] * fv0, tensile_strength=o["tension_share"] * fv0,
+        # nothing can dilate more than its friction angle
+        friction * value(test, "mu"), dilatancy_angle_deg=options["dilatancy_deg"] if friction else 0.0,
+        cohesion=options["cohesion_share"] * fv0, tensile_strength=options["tension_share"] * fv0,
         compressive_strength=1e6 * value(test, "fc"), name="mortar joint" if share else "dry joint",
     )
 
 
 def shear_span(test: Experiment) -> float:
-    """Height of zero moment over that of the wall, as chosen."""
+    """Height of zero moment over that of the wall of an experiment [-], as chosen or tested."""
     given = test.options["shear_span"]
     return float(test.row["H0_over_H"] if given is None else given)
 
 
 def axial_force(test: Experiment) -> float:
-    """N = sigma0 L t [N]."""
+    """Vertical force on the wall of an experiment, N = sigma0 L t [N]."""
     return 1e6 * value(test, "sigma0") * float(test.row["L"]) * float(test.row["t"])
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """N dead at the beam's centroid; 1 kN live on the beam at the height of zero moment, along x by its sense."""
-    top = wall.centroids[wall.block_index(BEAM)]
+    """N dead at the beam's centroid, and 1 kN live at the height of zero moment.
+
+    Parameters
+    ----------
+    test : the experiment
+    wall : its assembly
+    sense : 1 for a live load along x, -1 against it
+    """
+    beam = wall.block_index(BEAM)
     height = shear_span(test) * float(test.row["H"])
-    wrench = Loads.weight(wall).with_precompression(wall, axial_force(test), block=BEAM)
-    live = np.zeros_like(wrench.live)
-    live[wall.block_index(BEAM)] = sense * FORCE * np.array([1.0, 0.0, 0.0, 0.0, height - top[2], 0.0])
-    return Loads(wrench.dead, live, f"{FORCE:g} N at {height:g} m")
+    dead = Loads.weight(wall).with_precompression(wall, axial_force(test), block=BEAM).dead
+    live = np.zeros_like(dead)
+    # as a wrench on the beam: a force above or below its centroid has a moment about y
+    live[beam] = sense * FORCE * np.array([1.0, 0.0, 0.0, 0.0, height - wall.centroids[beam, 2], 0.0])
+    return Loads(dead, live, f"{FORCE:g} N at {height:g} m")
 
 
 def drive(test: Experiment) -> Drive:
-    """The beam pushed sideways, free to rise; free to turn of a cantilever, held by the wall where both ends were held.
+    """The beam pushed sideways, free to rise, as the test of an experiment was driven.
 
-    It acts at the beam's centroid. A thin one, ``beam_height`` of ``THIN``, has it at the zero moment of a cantilever.
+    It is free to turn on a cantilever, and held by a support where both ends of the wall were held. The drive acts at
+    the beam's centroid. That of a thin beam, ``beam_height`` of ``THIN``, is at the zero moment of a cantilever.
+
+    Raises
+    ------
+    InputError
+        For another height of zero moment, at which a drive of the beam does not act.
     """
-    if shear_span(test) == 1.0 or (shear_span(test) == HELD and test.options["rotation"] == "as tested"):
+    if shear_span(test) == CANTILEVER or (shear_span(test) == HELD and test.options["rotation"] == "as tested"):
         return Drive({BEAM: {"x": 1.0}})
     raise InputError(f"{test.name} is no cantilever: push it by its loads (H0 / H = {shear_span(test):g}), or, of 0.5, "
                      "with rotation='as tested'")
 
 
 def curve(test: Experiment) -> Curve:
-    """Measured envelope of the positive sense, thinned; drift [%] and force [kN]."""
+    """Measured envelope of an experiment in the positive sense, thinned, drift [%] and force [kN].
+
+    Raises
+    ------
+    InputError
+        Where none was found; the message names the walls that have one.
+    """
     table = read_table(NAME, "envelopes.csv")
     own = [r for r in table.rows if r["specimen"] == test.specimen and r["sense"] == "pos"]
     if not own:

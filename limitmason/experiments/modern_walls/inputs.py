@@ -13,6 +13,12 @@ TESTED, CODE, ASSUMED = "tested", "of a code", "assumed"
 CODE_FV0 = (0.1, 0.125, 0.1875, 0.25, 0.375, 0.5)
 """Initial shear strengths that are 1.25 times a characteristic value of EN 1996-1-1 [MPa]."""
 
+_MOST_DECIMALS = 4
+"""Decimals of a measured fc; one with more was computed by a code's formula."""
+
+_FM, _FB = 5.0, 10.0
+"""Strengths of mortar and units where neither they nor fc are printed [MPa]; chosen."""
+
 CODE_FRICTION = 0.4
 """Characteristic friction coefficient of EN 1996-1-1, 3.6.2 [-]."""
 
@@ -47,7 +53,11 @@ FB_OVER_FC = 2.0
 
 
 class Input(NamedTuple):
-    """An input of a prediction: median, unit, kind, and standard deviation of its logarithm."""
+    """An input of a prediction.
+
+    ``value`` is its median in ``unit``, ``kind`` says where it is from, ``spread`` is the standard deviation of its
+    logarithm.
+    """
 
     value: float
     unit: str
@@ -55,10 +65,7 @@ class Input(NamedTuple):
     spread: float
 
     def drawn(self, normal: float) -> float:
-        """The value at a standard normal number.
-
-        The distribution is lognormal.
-        """
+        """The value at a standard ``normal`` number: the distribution is lognormal."""
         return self.value * math.exp(self.spread * normal)
 
     def __str__(self) -> str:
@@ -69,8 +76,8 @@ class Input(NamedTuple):
 def inputs_of(row: Mapping[str, str]) -> dict[str, Input]:
     """Inputs of a row of walls.csv by name: fv0, mu, fc, fb, ft, sigma0.
 
-    The kind is inferred: an fv0 that is exactly 1.25 times a code's value, a friction of 0.4 and an fc with more than
-    four decimals (computed, not measured) are taken as of a code.
+    The kind is inferred. Taken as of a code are an fv0 that is exactly 1.25 times a code's value, a friction of 0.4,
+    and an fc with more than four decimals, which was computed and not measured.
     """
     given = {name: float(row[column]) for name, column in _COLUMNS.items() if row[column]}
     found = {"sigma0": _input("sigma0", given["sigma0"], TESTED)}
@@ -90,42 +97,51 @@ def inputs_of(row: Mapping[str, str]) -> dict[str, Input]:
 
 
 def complete(row: Mapping[str, str]) -> bool:
-    """Whether a row has all that a prediction needs, with nothing assumed: fv0, mu, fc, load, units, shear span."""
+    """Whether a row of walls.csv has all that a prediction needs, with nothing assumed."""
     return all(row[c] for c in ("fv0", "mu", "fc", "sigma0", "lb", "hb")) and has_shear_span(row)
 
 
 def has_shear_span(row: Mapping[str, str]) -> bool:
-    """Whether the shear span is a number."""
+    """Whether the shear span of a row of walls.csv is a number, and no word."""
     return row["H0_over_H"].replace(".", "", 1).isdigit()
 
 
 def draws(row: Mapping[str, str], number: int, seed: int = 0) -> list[dict[str, float]]:
-    """Values of the inputs drawn independently, by their names.
+    """Values of the inputs by name, drawn independently.
 
     A wall gets the same values whenever it is asked for.
+
+    Parameters
+    ----------
+    row : of walls.csv
+    number : of draws
+    seed : of the random numbers
     """
     inputs = inputs_of(row)
     normal = np.random.default_rng([seed, int(row["specimen"])]).standard_normal((number, len(inputs)))
-    return [{k: i.drawn(float(z)) for (k, i), z in zip(inputs.items(), zs, strict=True)} for zs in normal]
+    return [{k: i.drawn(float(z)) for (k, i), z in zip(inputs.items(), draw, strict=True)} for draw in normal]
 
 
 _COLUMNS = {"fv0": "fv0", "mu": "mu", "fc": "fc", "fb": "fb_norm", "ft": "ft", "sigma0": "sigma0"}
+"""Columns of walls.csv by the name of the input."""
 
 
 def _input(name: str, value: float, kind: str) -> Input:
+    """An input of a kind with the spread that was judged for it; ``value`` is in the unit of the table."""
     return Input(value, "-" if name == "mu" else "MPa", kind, SPREAD[name, kind])
 
 
 def _strength(row: Mapping[str, str], given: Mapping[str, float]) -> Input:
-    """Compressive strength of the masonry [MPa]: printed, or by the code's power law of unit and mortar.
+    """Compressive strength of the masonry [MPa]: printed, or by the power law of a code.
 
     Parameters
     ----------
-    row, given : of the table of walls, and what it prints as numbers, by name
+    row : of walls.csv
+    given : inputs that it prints, as numbers by name
     """
     if "fc" in given:
         decimals = len(row["fc"].partition(".")[2])
-        return _input("fc", given["fc"], CODE if decimals > 4 else TESTED)
+        return _input("fc", given["fc"], CODE if decimals > _MOST_DECIMALS else TESTED)
     factor, of_unit, of_mortar = FC_OF_UNITS
-    mortar = float(row["fm"]) if row["fm"] else 5.0
-    return _input("fc", factor * given.get("fb", 10.0) ** of_unit * mortar**of_mortar, ASSUMED)
+    mortar = float(row["fm"]) if row["fm"] else _FM
+    return _input("fc", factor * given.get("fb", _FB) ** of_unit * mortar**of_mortar, ASSUMED)

@@ -24,6 +24,7 @@ FORCE = 1e3  # live load [N]: the multiplier is the force of the airbag in kN
 OPTIONS = read_options(NAME)
 
 _BONDED = 2e6  # cohesion and tensile strength of bonded joints [Pa]: four and more times the mortar's
+_ROUNDING = 1e-6  # coordinates nearer than this are one [m]
 
 
 specimens = names_in(NAME, "walls.csv")
@@ -31,9 +32,12 @@ specimens = names_in(NAME, "walls.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One of "DS" and "REGW".
+    """The experiment of a wall.
 
-    See ``OPTIONS``.
+    Parameters
+    ----------
+    specimen : "DS" or "REGW"
+    options : of the assembly, see ``OPTIONS``
     """
     table, said = read_table(NAME, "walls.csv"), read_description(NAME)
     row, names = table.row(specimen), said["quantities"]
@@ -42,7 +46,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         chosen["return_length"] = float(row["return_length"])
     if not 0.0 <= chosen["roof_from"] < chosen["return_length"]:
         raise InputError(f"roof_from must lie on the side wall, 0 to {chosen['return_length']:g} m")
-    suffix = "" if chosen["calibration"] == "final" else "_first"
+    suffix = "" if chosen["calibration"] == "final" else "_first"  # of the columns of the joint's law
     joint = {name: column + suffix for name, column in names["joint"].items()}
     assumptions = [
         "The layout is assumed: six equal courses in two leaves of running bond with the mean stone of the source's "
@@ -76,48 +80,54 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """Facade along x with its outer face at y = 0, side walls towards +y, on a slab."""
-    p, o = test.parameters, test.options
-    mortar = bool(p["cohesion"])
-    after: dict[str, Any] = {
+    """The wall of an experiment on a slab, its facade along x with the outer face at y = 0.
+
+    The side walls run towards +y.
+    """
+    given, options = test.parameters, test.options
+    mortar = bool(given["cohesion"])
+    after: dict[str, Any] = {  # what joints keep once they have failed
         "cohesion": {"residual_tensile_strength": 0.0},
         "none": {"residual_cohesion": 0.0, "residual_tensile_strength": 0.0},
         "full": {},
-    }[o["residual"]]
+    }[options["residual"]]
     joint = Joint(
-        float(p["friction angle"]), dilatancy_angle_deg=o["dilatancy_deg"], cohesion=float(p["cohesion"]) * 1e6,
-        tensile_strength=float(p["tensile strength"]) * 1e6, normal_stiffness=float(p["normal stiffness"]) * 1e9,
-        shear_stiffness=float(p["shear stiffness"]) * 1e9, name="mortar joint" if mortar else "dry joint",
-        **(after if mortar else {}),
+        float(given["friction angle"]), dilatancy_angle_deg=options["dilatancy_deg"],
+        cohesion=float(given["cohesion"]) * 1e6, tensile_strength=float(given["tensile strength"]) * 1e6,
+        normal_stiffness=float(given["normal stiffness"]) * 1e9, shear_stiffness=float(given["shear stiffness"]) * 1e9,
+        name="mortar joint" if mortar else "dry joint", **(after if mortar else {}),
     )
     ground = joint
-    if o["ground"] == "bonded":
+    if options["ground"] == "bonded":
         ground = replace(
             joint, cohesion=_BONDED, tensile_strength=_BONDED, residual_cohesion=None, residual_tensile_strength=None,
             name="bonded to the ground",
         )
-    elif o["ground"] in ("no tension", "dry"):
+    elif options["ground"] in ("no tension", "dry"):
         ground = replace(
             joint, tensile_strength=0.0, residual_cohesion=None, residual_tensile_strength=None,
-            cohesion=0.0 if o["ground"] == "dry" else joint.cohesion, name=f"ground, {o['ground']}",
+            cohesion=0.0 if options["ground"] == "dry" else joint.cohesion, name=f"ground, {options['ground']}",
         )
-    leaf = float(p["leaf"])
+    leaf = float(given["leaf"])
     wall = running_wall(
-        length=float(p["span"]), courses=int(p["courses"]), plan="U", return_length=float(o["return_length"]),
-        unit=(float(p["unit length"]), float(p["course height"]), leaf), staggering=float(p["staggering"]),
-        leaves=round(float(p["thickness"]) / leaf),
-        header_every=(int(o["header_courses"]), int(o["header_positions"])),
-        joint=joint, joints={"base": ground}, density=float(p["density"]),
+        length=float(given["span"]), courses=int(given["courses"]), plan="U",
+        return_length=float(options["return_length"]),
+        unit=(float(given["unit length"]), float(given["course height"]), leaf), staggering=float(given["staggering"]),
+        leaves=round(float(given["thickness"]) / leaf),
+        header_every=(int(options["header_courses"]), int(options["header_positions"])),
+        joint=joint, joints={"base": ground}, density=float(given["density"]),
     )
     return signed(wall, test)
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Weight and roof load dead.
+    """Weight and roof load dead, an airbag of 1 kN on the rear of the facade live.
 
-    An airbag of 1 kN on the rear of the facade live, pushing it off its side walls.
-
-    ``sense`` is 1 for that direction.
+    Parameters
+    ----------
+    test : the experiment
+    wall : its assembly
+    sense : 1 for an airbag that pushes the facade off its side walls, along -y
     """
     found = Loads.weight(wall)
     for top in roofs(test):
@@ -127,7 +137,7 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
 
 
 def roofs(test: Experiment) -> list[Corners]:
-    """Corners of the patches on the two side walls that carry the roof [m]."""
+    """Corners x, y, z of the patches on the two side walls of an experiment that carry the roof [m]."""
     span, depth, height = _sizes(test)
     start, end = float(test.options["roof_from"]), float(test.options["return_length"])
     return [
@@ -137,7 +147,7 @@ def roofs(test: Experiment) -> list[Corners]:
 
 
 def airbag(test: Experiment) -> Corners:
-    """Corners of the airbag on the rear of the facade [m]."""
+    """Corners x, y, z of the airbag on the rear of the facade of an experiment [m], up to its top."""
     span, depth, height = _sizes(test)
     left = 0.5 * (span - float(test.parameters["airbag width"]))
     right, low = span - left, height - float(test.parameters["airbag height"])
@@ -145,20 +155,25 @@ def airbag(test: Experiment) -> Corners:
 
 
 def _sizes(test: Experiment) -> tuple[float, float, float]:
+    """Length of the facade, thickness and height of the walls of an experiment [m]."""
     span, depth, height = (float(test.parameters[k]) for k in ("span", "thickness", "height"))
     return span, depth, height
 
 
 def control_block(test: Experiment) -> int:
-    """Number of the stone at the top of the facade's outer face at mid-span, where the test measured displacements."""
+    """Number of the stone whose displacement the test measured.
+
+    It is at the top of the facade's outer face at mid-span.
+    """
     wall = test.assembly()
-    half = 0.5 * float(test.parameters["span"])
+    middle = 0.5 * float(test.parameters["span"])
     top = max(block.bounds[1, 2] for block in wall.blocks)
     face = [
-        i for i, block in enumerate(wall.blocks) if block.bounds[1, 2] > top - 1e-6 and abs(block.bounds[0, 1]) < 1e-6
+        i for i, block in enumerate(wall.blocks)
+        if block.bounds[1, 2] > top - _ROUNDING and abs(block.bounds[0, 1]) < _ROUNDING
     ]
-    # two stones meet at mid-span: rounding must not choose between them
-    return min(face, key=lambda i: (round(abs(float(wall.centroids[i, 0]) - half), 6), float(wall.centroids[i, 0])))
+    # two stones meet at mid-span: rounding to a micrometre, and then the left one, must choose between them
+    return min(face, key=lambda i: (round(abs(float(wall.centroids[i, 0]) - middle), 6), float(wall.centroids[i, 0])))
 
 
 RECIPE = Recipe(specimens, load, assembly, loads, shown=read_shown(NAME))

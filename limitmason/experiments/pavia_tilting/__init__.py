@@ -28,6 +28,7 @@ DENSITY = 2700.0  # of marble, assumed [kg/m3]: without cohesion the multiplier 
 CONTACT_POINTS = {"facade": (2, 8), "return": (2, 2)}
 """Points along and across a block as Godio et al. model it: 8 across the facade, 2 in the walls that hold it."""
 SENSES = {"outward": (0.0, -1.0, 0.0), "inward": (0.0, 1.0, 0.0)}
+"""Directions of the live load: away from the return walls, and towards them."""
 CORNERS = ("half lap", "whole units")
 
 
@@ -35,9 +36,10 @@ def specimen(
     *, facade_units: float, courses: int, return_walls: int = 2, return_units: float = 3.0, corner: str = "half lap",
     first_through: str = "facade", sense: str = "outward", dilatancy_angle_deg: float = 0.0, block_scale: float = 1.0,
 ) -> tuple[Assembly, Loads]:
-    """A dry wall of 80 x 40 x 28 mm blocks held by one or two return walls, and the loads of its tilting table.
+    """A dry wall of 80 x 40 x 28 mm blocks held by one or two return walls, and its loads.
 
-    lambda = tan(alpha) of the table: live load = weight of every block, horizontal, across the facade.
+    They are those of a tilting table: the weight of every block, and the same weight across the facade as live load.
+    lambda = tan(alpha) of the table.
 
     Parameters
     ----------
@@ -45,16 +47,16 @@ def specimen(
     courses : number of courses of 40 mm
     return_walls : 1 (plan L, return at the left end) or 2 (plan U)
     return_units : length of a return from the outer face of the facade in block lengths, in steps of a half
-    corner : bond of the courses that start behind the corner. "half lap": head joints over the middle of the units
-        below, so that the first unit behind the corner is 92 mm long; "whole units": whole units from the corner on,
-        which lap by the thickness of the wall, 28 mm. A cut unit closes the course in the middle or at a free end
+    corner : bond of the courses that start behind the corner. "half lap": head joints are over the middle of the units
+        below, and the first unit behind the corner is 92 mm long. "whole units": they begin at the corner, and lap by
+        the thickness of the wall, 28 mm. A cut unit closes the course in the middle or at a free end
     first_through : "facade" or "return": which of the two passes through the corner in the bottom course, that is
         which courses, odd or even, are toothed into the return
     sense : "outward" pushes the facade away from the returns (-y), "inward" towards them (+y)
     dilatancy_angle_deg : psi [deg], from 0 to phi = 33.82
-    block_scale : length and height of the blocks over 80 and 40 mm in a wall of the same size and thickness, for the
-        size study; the height of the wall must be a whole number of the new courses. The overlap of the courses grows
-        with the blocks, so that "whole units" then needs a cut unit behind the corner
+    block_scale : length and height of the blocks over 80 and 40 mm, in a wall of the same size and thickness. The
+        height of the wall must be a whole number of the new courses. The overlap of the courses grows with the blocks,
+        so that "whole units" then needs a cut unit behind the corner
 
     Returns
     -------
@@ -82,8 +84,8 @@ def specimen(
             raise InputError(f"{label} must be at least 1, in steps of half a block, got {units!r}")
     given = read_parameters(NAME)
     length, height, thickness = (float(given[f"block {side}"]) / 1e3 for side in ("length", "height", "thickness"))
-    rows = courses / block_scale if block_scale > 0.0 else 0.0
-    if not rows >= 1.0 or abs(rows - round(rows)) > 1e-9:
+    rows = courses / block_scale if block_scale > 0.0 else 0.0  # courses of scaled blocks
+    if not rows >= 1.0 or abs(rows - round(rows)) > 1e-9:  # a division may miss a whole number by rounding
         raise InputError(f"block_scale {block_scale!r} does not divide {courses} courses into whole ones")
     joint = Joint(
         float(given["friction angle"]), dilatancy_angle_deg=dilatancy_angle_deg, name="marble on marble",
@@ -111,7 +113,7 @@ specimens = names_in(NAME, "specimens.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """Measured and published multipliers of one specimen; it has no assembly, since its plan is not published.
+    """Measured and published multipliers of one specimen, whose plan is not published.
 
     Parameters
     ----------

@@ -21,14 +21,18 @@ specimens = tables.names_in(NAME, "variants.csv")
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """One of the assumed bonds, for example "toothed-odd-ragged".
+    """The experiment with one of the assumed bonds.
 
-    See ``OPTIONS``.
+    Parameters
+    ----------
+    specimen : for example "toothed-odd-ragged"
+    options : of the assembly, see ``OPTIONS``
     """
     table = tables.read_table(NAME, "variants.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
     given = tables.read_parameters(NAME)
+    # of the table of parameters these are results, and the range of plausible associative values
     results = ("3DEC dilatant", "3DEC zero dilatancy")
     window = ("window low", "window high")
     return Experiment(
@@ -59,30 +63,35 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wallette from x = 0, its column to the left; bottom course and column are held."""
-    p, o = test.parameters, test.options
-    length, height, thickness = (float(p[f"block {k}"]) / 1e3 for k in ("width", "height", "thickness"))
-    lengths, courses = int(p["blocks per course"]), int(p["courses"])
+    """The wallette of an experiment from x = 0, its column to the left.
+
+    The bottom course is held, and so is the column, which may turn where the options say so.
+    """
+    given, options = test.parameters, test.options
+    length, height, thickness = (float(given[f"block {k}"]) / 1e3 for k in ("width", "height", "thickness"))
+    lengths, courses = int(given["blocks per course"]), int(given["courses"])
     joint = Joint(
-        float(p["friction angle"]), dilatancy_angle_deg=o["dilatancy_deg"], name="dry joint",
-        normal_stiffness=float(p["normal stiffness"]) * 1e9, shear_stiffness=float(p["tangential stiffness"]) * 1e9,
+        float(given["friction angle"]), dilatancy_angle_deg=options["dilatancy_deg"], name="dry joint",
+        normal_stiffness=float(given["normal stiffness"]) * 1e9,
+        shear_stiffness=float(given["tangential stiffness"]) * 1e9,
     )
-    rows = []
+    rows = []  # lengths of the blocks of every course, in blocks, from the column on
     for k in range(courses):
-        toothed = (k % 2 == 0) == (p["toothed courses"] == "odd")
-        closer = [0.5] if toothed and p["free edge"] == "flush" else []
+        toothed = (k % 2 == 0) == (given["toothed courses"] == "odd")
+        closer = [0.5] if toothed and given["free edge"] == "flush" else []
         rows.append([0.5 if toothed else 1.0] + [1.0] * lengths + closer)
     wall = layout(
-        rows, unit=(length, height, thickness), joint=joint, density=o["density"], column="left",
-        ragged=p["free edge"] == "ragged", base="course",
+        rows, unit=(length, height, thickness), joint=joint, density=options["density"], column="left",
+        ragged=given["free edge"] == "ragged", base="course",
     )
-    whole = o["column"] == "fixed"
+    whole = options["column"] == "fixed"
+    # its lowest block belongs to the bottom course, which is held already
     column = [b.name for b in wall.blocks if b.name.startswith("column-") and b.name != "column-1"]
     return signed(wall.with_supports([Support(n, translations=True, rotations=whole) for n in column]), test)
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Weight dead, the same weight out of plane live."""
+    """Weight of the wall dead, the same weight out of plane live, along y or by ``sense`` -1 against it."""
     return Loads.horizontal(wall, direction=(0.0, sense, 0.0))
 
 

@@ -2,7 +2,7 @@
 
 >>> from limitmason.experiments import stochastic_brick_panels as panels
 >>> panels.drawn(4)["friction angle"]
-Drawn(mean=30.0, unit='deg', variation=0.058)
+RandomProperty(mean=30.0, unit='deg', variation=0.058)
 """
 
 from decimal import Decimal
@@ -42,18 +42,18 @@ class RandomProperty(NamedTuple):
 
 
 def properties() -> dict[str, RandomProperty]:
-    """All of Table 2, density included, which does not vary."""
+    """Distributions of Table 2 by the name of the property; that of the density does not vary."""
     rows = read_table(NAME, "properties.csv").rows
     # decimal: 5.8 / 100 in binary is not the double 0.058, and one bit of a draw is a run of its own
     return {r["property"]: RandomProperty(float(r["mean"]), r["unit"], float(Decimal(r["cov"]) / 100)) for r in rows}
 
 
 def drawn(number: int) -> dict[str, RandomProperty]:
-    """What is random in a set, Table 3.
+    """What is random in a set of runs, by the name of the property, Table 3.
 
     Parameters
     ----------
-    number : 1 to 4
+    number : of the set, 1 to 4
 
     Raises
     ------
@@ -72,12 +72,18 @@ def specimens() -> tuple[str, ...]:
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """Mean and variation of the ultimate load of one set, Table 4; there is no assembly."""
-    chosen_options({}, options, NAME)
+    """Mean and variation of the ultimate load of one set, Table 4, without an assembly.
+
+    Parameters
+    ----------
+    specimen : for example "set-1-spatial", see :func:`specimens`
+    options : none are taken
+    """
+    chosen_options({}, options, NAME)  # refuses any
     number, kind = specimen.removeprefix("set-").split("-", 1)
     table = read_table(NAME, "sets.csv")
     row = table.row(number, "number")
-    column = kind.replace("-", "")
+    column = kind.replace("-", "")  # as columns of the table are called
     note = f"of {RUNS} runs"
     published = {
         "mean ultimate load": Quantity(float(row[f"mean_{column}"]), "kN", note),
