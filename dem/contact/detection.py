@@ -61,7 +61,7 @@ class Found(NamedTuple):
 
 
 def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float, sharp: bool = False) -> Found:
-    """Cut outworn joints anew, drop open ones, add new pairs, of blocks that moved against each other.
+    """Cut outworn joints anew, drop open ones and add new pairs, where blocks moved.
 
     Changes ``state``.
 
@@ -130,7 +130,10 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
 
 
 def _codes(joints: Joints, n_blocks: int) -> Index:
-    """Pair code of every joint, shape (k,): the lower number of its two blocks times ``n_blocks``, plus the higher."""
+    """Pair code of every joint, shape (k,).
+
+    It is the lower number of its two blocks times ``n_blocks``, plus the higher.
+    """
     return np.sort(np.column_stack([joints.block_a, joints.block_b]), axis=1) @ (n_blocks, 1)
 
 
@@ -248,7 +251,7 @@ class _Search:
         self.active = np.union1d(self.code[self.outworn], self.key[over]) if not beside else looked
 
     def cut(self) -> None:
-        """Mark what goes with outworn joints: what runs across a face that goes on, and what lies on one face.
+        """Mark what goes with outworn joints across a face that goes on, and on one face.
 
         ``outworn``, ``stays`` and families are changed; pairs that come to be cut anew are looked at too.
         """
@@ -291,7 +294,7 @@ class _Search:
         self.makes = (shape.kind > FACES) | ((shape.kind == FACES) & (area_of(shape) > least_area(self.assembly)))
 
     def make(self) -> tuple[Fresh | None, Index]:
-        """Make joints of the pairs that have none that stays; they inherit what outworn ones held.
+        """Make joints of the pairs that have none that stays, with what outworn ones held.
 
         Returns
         -------
@@ -374,7 +377,10 @@ class _Search:
         return move[row], angle[row]
 
     def soonest(self) -> float:
-        """Time after which the quickest edge or corner that is open is looked at again, before it may touch [s]."""
+        """Time after which open edges and corners are looked at again [s].
+
+        The quickest of them may not touch before.
+        """
         shape, b = self.met.now, self.state.bodies
         use = (shape.kind > FACES) & (shape.gap > 0.0)
         if self.bearings is None:

@@ -32,14 +32,19 @@ OTHER_PLACE, OTHER_PART = 0.01, 0.1
 
 
 def among(values: Index, known: Index) -> Flags:
-    """Whether ``values`` are among ``known`` numbers, which ascend; quicker than ``numpy.isin``, which sorts both."""
+    """Whether ``values`` are among ``known`` numbers, which ascend.
+
+    It is quicker than ``numpy.isin``, which sorts both.
+    """
     if not len(known):
         return np.zeros(np.shape(values), dtype=bool)
     return np.asarray(known[np.minimum(np.searchsorted(known, values), len(known) - 1)] == values)
 
 
 def slip_allowed(spacing: Array, count: Index | int) -> Array:
-    """Slip [m] up to which a joint of ``count`` points at a ``spacing`` [m] is neither worn nor may pivot wrongly.
+    """Slip [m] up to which a joint is neither worn nor may pivot on a wrong edge.
+
+    It has ``count`` points at a ``spacing`` [m].
 
     The root of a joint's area, of which :data:`PIVOT_SLIP` is a part, is the spacing times the root of the count.
     """
@@ -113,7 +118,9 @@ def largest_slip(state: State, now: PointForces) -> Array:
 
 
 def _may_pivot(state: State, now: PointForces, turn: Array, slip: Array) -> Flags:
-    """Joints that have slid and turned so far that it matters whose edge they pivot on, and bear in part, shape (k,).
+    """Joints for which it matters whose edge they pivot on, shape (k,).
+
+    They have slid and turned far enough, and bear in part.
 
     ``now`` is what their points measure; ``turn`` [rad] and ``slip`` [m] are those of every joint since it was made.
     """
@@ -123,7 +130,10 @@ def _may_pivot(state: State, now: PointForces, turn: Array, slip: Array) -> Flag
 
 
 def _slid_far(state: State, slip: Array) -> Flags:
-    """Joints whose ``slip`` [m] is so large that it matters whose edge they pivot on, shape (k,) of both."""
+    """Joints that slid so far that it matters whose edge they pivot on, shape (k,).
+
+    ``slip`` is that of every joint [m], shape (k,).
+    """
     return np.asarray(slip > PIVOT_SLIP * spacing_of(state) * np.sqrt(np.diff(state.joints.start)))
 
 
@@ -140,7 +150,10 @@ def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> 
 
 
 def turned_since(state: State) -> Array:
-    """Angle by which the blocks of every joint have turned against each other since it was made [rad], shape (k,)."""
+    """Turn of the blocks of every joint since it was made [rad], shape (k,).
+
+    It is the angle of their rotation against each other.
+    """
     j, q = state.joints, state.bodies.quat
     # conj(q_a) q_b, times what undoes that turn as it was then; the vector part is as long as sin(angle / 2)
     p = q[j.block_a] * (1, -1, -1, -1)

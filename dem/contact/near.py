@@ -35,7 +35,7 @@ ALWAYS = -1.0
 
 
 class Neighbours(NamedTuple):
-    """Pieces in their present position, the pairs that are near, and how these have moved since they were looked at."""
+    """Pieces now, the pairs that are near, and how these have moved since a look."""
 
     near: NearPairs  # as the pairs were when they were looked at last
     corners: Array  # [m], (p, v, 3)
@@ -91,7 +91,7 @@ class Neighbours(NamedTuple):
         return self.near.move == ALWAYS
 
     def looked_at(self, rows: Flags, move: Array, angle: Array) -> NearPairs:
-        """Pairs once some have been looked at: these lie as they do now, and may move from here.
+        """Pairs once some have been looked at: these may move from where they are now.
 
         Parameters
         ----------
@@ -105,7 +105,9 @@ class Neighbours(NamedTuple):
 
 
 def placed(pieces: Pieces, rot: Array, place: Array) -> tuple[Array, Array, Array]:
-    """Corners of all pieces, shape (p, v, 3), and least and largest coordinates of each, shape (p, 3), all in [m].
+    """Corners of all pieces [m], and least and largest coordinates of each [m].
+
+    Shapes are (p, v, 3), (p, 3) and (p, 3).
 
     Parameters
     ----------
@@ -119,7 +121,9 @@ def placed(pieces: Pieces, rot: Array, place: Array) -> tuple[Array, Array, Arra
 
 
 def _pairs(assembly: Assembly, pieces: Pieces, low: Array, high: Array, known: Index | None = None) -> NearPairs:
-    """Pairs of pieces of two blocks, not both held, whose boxes overlap, as if no search had looked at them yet.
+    """Pairs of pieces whose boxes overlap, as if no search had looked at them yet.
+
+    They are of two blocks that are not both held.
 
     Parameters
     ----------
@@ -140,7 +144,7 @@ def _pairs(assembly: Assembly, pieces: Pieces, low: Array, high: Array, known: I
 
 
 def _renewed(assembly: Assembly, pieces: Pieces, near: NearPairs, low: Array, high: Array, margin: float) -> NearPairs:
-    """Pairs that are near now, where pieces have left their boxes; new ones are to be looked at.
+    """Pairs that are near now, where pieces have left their boxes.
 
     Boxes are kept wider by a skin, so that pairs are sought anew only when a piece has left its own.
 

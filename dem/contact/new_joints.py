@@ -187,7 +187,9 @@ def assemble(
 
 
 def _keep_stable(assembly: Assembly, state: State, blocks: Flags) -> list[str]:
-    """Shorten the step (real masses) or add mass (scaled masses) where new contacts made one of some blocks stiffer.
+    """Shorten the step, or add mass, where new contacts made blocks stiffer.
+
+    Real masses stay and the step falls. With scaled masses the step stays and mass is added.
 
     Energy of motion that goes with added mass is counted as artificial damping.
 

@@ -147,7 +147,10 @@ class PiecesMeet:
         self._look(rows, asked)
 
     def _look(self, rows: Index, face: Index) -> None:
-        """See how ``rows`` meet; ``face`` of all pairs is the face of the base asked for, or -1, shape (m,)."""
+        """See how the pairs ``rows`` meet.
+
+        ``face`` is the face of the base that is asked for of every pair, or -1, shape (m,).
+        """
         kernels.contact_shapes(self.arrays, self.pairs, rows, self.margin, FLAT, self.now, face)
 
 
@@ -157,7 +160,10 @@ def least_area(assembly: Assembly) -> float:
 
 
 def area_of(shape: kernels.Meetings) -> Array:
-    """Area [m2] of the polygons in which faces meet, seen along the normal of the base, shape (m,); else 0."""
+    """Area of the polygons in which faces meet [m2], shape (m,), else 0.
+
+    It is seen along the normal of the base.
+    """
     out = np.zeros(len(shape.kind))
     for n in np.unique(shape.corners[shape.corners > 2]):
         rows = np.flatnonzero(shape.corners == n)

@@ -13,7 +13,9 @@ from limitmason.arrays import Index
 
 
 class Families:
-    """Pairs of blocks, by pair code, whose joints on one face are cut anew together and share their energy.
+    """Pairs of blocks whose joints on one face are cut anew and share their energy.
+
+    Pairs go by their pair codes.
 
     A family is named by the code of one of its pairs. Whatever was joined to nothing is a family of its own.
     """
@@ -44,7 +46,9 @@ class Families:
 def inherit(
     state: State, now: PointForces, pair: Index, family: Index, made: Fresh, pairs: Index, families: Index
 ) -> None:
-    """Write elastic shear displacement, dilation and damage of the nearest old point to every new one.
+    """Write shear, dilation and damage of the nearest old point to every new one.
+
+    Shear is the elastic shear displacement.
 
     Between faces it is the nearest of the family, else of the pair.
 
@@ -76,7 +80,9 @@ def inherit(
 
 
 def _deform(state: State, made: Fresh) -> None:
-    """Let new joints be between the faces as they are deformed now: shear forces stay, openings are those of the faces.
+    """Let new joints be between the faces as they are deformed now.
+
+    Shear forces stay, openings are those of the faces.
 
     ``state`` has the shapes of the blocks, and ``made`` are the joints, changed.
     """
@@ -91,7 +97,9 @@ def _deform(state: State, made: Fresh) -> None:
 
 
 def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, families: Index) -> None:
-    """Let the new joints of a family store the elastic energy of the old ones, of pressure and of shear, if they can.
+    """Let the new joints of a family store the elastic energy of the old ones.
+
+    Energies of pressure and of shear are kept apart, as far as the new ones can.
 
     Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. Where the new
     ones would store more, gaps widen: only points that are pressed are set back, and :func:`close_setbacks` takes it

@@ -60,12 +60,17 @@ def run(
 
 
 def run_constant(state: State, wrench: Array, steps: int, damping: Damping) -> None:
-    """Advance by a number of steps under constant loads ``wrench`` of every block [N, N m], shape (n, 15 or 6)."""
+    """Advance by a number of steps under constant loads.
+
+    ``wrench`` are the loads of every block [N, N m], shape (n, 15 or 6).
+    """
     run(state, wrench[None], np.ones((steps, 1)), damping)
 
 
 def without_arms(cases: Array) -> Array:
-    """Loads of cases without their nine arms where all are zero: fewer numbers for every block and step.
+    """Loads of cases without their nine arms where all are zero.
+
+    That is fewer numbers for every block and step.
 
     ``cases`` has shape (..., 15), and what is returned (..., 15 or 6).
     """

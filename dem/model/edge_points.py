@@ -49,7 +49,9 @@ def follow_edges(assembly: Assembly, state: State) -> None:
 
 
 def find_ends(assembly: Assembly, state: State, now: PointForces) -> NDArray[np.bool_]:
-    """Joints between faces that have slid, shape (k,); whose edges end them is written to ``state.ends``.
+    """Joints between faces that have slid, shape (k,).
+
+    Whose edges end them is written to ``state.ends``.
 
     ``now`` is what the points of the state measure.
     """
@@ -69,7 +71,10 @@ def note_slid(state: State, now: PointForces) -> None:
 
 
 def joints_that_slid(state: State, now: PointForces) -> Flags:
-    """Joints between faces that have slid by more than :data:`NOTICED` on the mean of their points, shape (k,)."""
+    """Joints between faces that have slid, shape (k,).
+
+    The mean slip of their points is above :data:`NOTICED`.
+    """
     joints, area = state.joints, state.points.area
     first = joints.start[:-1]
     if not len(first):
@@ -87,7 +92,7 @@ def _look_for_ends(assembly: Assembly, state: State, rows: Index) -> None:
 
 
 def _moved(part: Array, lower: Array, upper: Array, slip: Array) -> Array:
-    """Motion over a's face [m] of points between two ends while b slips along the axis; all of shape (m,).
+    """Motion over a's face of points between two ends while b slips [m], shape (m,).
 
     Parameters
     ----------
@@ -102,7 +107,9 @@ def _moved(part: Array, lower: Array, upper: Array, slip: Array) -> Array:
 
 
 def pivots_on_a(assembly: Assembly, state: State, now: PointForces, rows: Index) -> Flags:
-    """Whether all that bears in some joints is an edge of a, so that the face they bear on is b's, shape (r,).
+    """Whether all that bears in some joints is an edge of a, shape (r,).
+
+    The face that they bear on then is b's.
 
     Parameters
     ----------

@@ -108,7 +108,9 @@ def hold(
     edges: bool = True,
     onset: LoadOnset | None = None,
 ) -> LoadVerdict:
-    """Hold a load until force and moment are small in several checks in a row, or a block has moved too far.
+    """Hold a load until the structure rests, or a block has moved too far.
+
+    It rests where force and moment are small in several checks in a row.
 
     Parameters
     ----------
@@ -192,7 +194,9 @@ def _accelerates(path: list[tuple[float, float]]) -> bool:
 
 
 def _fades(path: list[tuple[float, float]]) -> bool:
-    """True where the unbalanced force of the last third of the time is a tenth lower than that of the third before.
+    """Whether the unbalanced force fades.
+
+    That of the last third of the time is a tenth lower than that of the third before.
 
     It is the geometric mean. ``path`` holds displacement [m] and unbalanced force [-] of each check.
     """
@@ -204,7 +208,9 @@ def _fades(path: list[tuple[float, float]]) -> bool:
 
 
 def _arrives(path: list[tuple[float, float]], used: int, limit: float, left: int) -> bool:
-    """True where the mean speed of the last third of the time carries a block to the limit within the steps left.
+    """Whether a block will be at the limit within the steps left.
+
+    It goes on at its mean speed of the last third of the time.
 
     Parameters
     ----------

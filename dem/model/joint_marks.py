@@ -17,7 +17,9 @@ ROUNDING = 1e-9
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class JointMarks:
-    """Marks per interface, NaN where its contacts were found anew: at a moment (k,), of a record (samples, k).
+    """Marks per interface, NaN where its contacts were found anew.
+
+    They have shape (k,) at a moment and (samples, k) in a record.
 
     Parameters
     ----------
@@ -66,7 +68,9 @@ def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
 
 
 def bond_yielded(assembly: Assembly, state: State) -> tuple[float, str]:
-    """Largest plastic opening or slip [m] in a state of a joint with perfectly plastic bond, and the joint in words.
+    """Largest plastic movement of a joint with perfectly plastic bond [m], and which.
+
+    The movement is an opening or a slip, and the joint is told in words.
 
     It is 0 and "" where there is no such joint. Such a joint keeps cohesion and tension however far it moves.
     """
@@ -86,7 +90,9 @@ def marks_of(
     law: Array, interface: Index, count: int, *, opening: Array, slip: Array, normal: Array, shear: Array, lift: Array,
     damage: Array, area: Array,
 ) -> JointMarks:
-    """Marks per interface from what stands at the contact points, of rigid, simply deformable and zoned blocks alike.
+    """Marks per interface from what stands at the contact points.
+
+    Rigid, simply deformable and zoned blocks have them alike.
 
     Parameters
     ----------

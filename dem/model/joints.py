@@ -97,7 +97,9 @@ def per_interface(value: PerJoint, kinds: Sequence[str], label: str) -> Array:
 
 
 def law_at(rows: Array, damage: Array, slip: Array) -> PointLaw:
-    """The law of points in their state: strengths [Pa] and tangents of angles between peak and residual values.
+    """Strengths [Pa] and tangents of angles of points in their state.
+
+    They lie between peak and residual values.
 
     Parameters
     ----------
@@ -163,7 +165,9 @@ def memory_of_machine() -> float:
 
 
 def refuse_too_large(assembly: Assembly, grid: object) -> None:
-    """Refuse a model whose contact points do not fit into memory; where a spacing is given their number is not known.
+    """Refuse a model whose contact points do not fit into memory.
+
+    Where a spacing is given their number is not known, and none is refused.
 
     Parameters
     ----------
@@ -247,7 +251,7 @@ def make_joints(
 
 
 def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[Array, tuple[str, ...]]:
-    """Law rows of the kernel for all interfaces, shape (k, LAW_SIZE), and what a user should know about them.
+    """Law rows of the kernel for all interfaces, shape (k, LAW_SIZE), and notes.
 
     Tension counts up to ft where ft > c / tan(phi) too, unlike in limit analysis, which cuts it at the cone's apex.
 

@@ -14,7 +14,10 @@ from limitmason.model import Assembly
 
 
 class Pieces(NamedTuple):
-    """Convex pieces of all blocks in the reference position; arrays are padded to the largest piece and face."""
+    """Convex pieces of all blocks in the reference position.
+
+    Arrays are padded to the largest piece and face.
+    """
 
     owner: NDArray[np.int64]  # block of every piece, ascending, (p,)
     local: Array  # corners from the block's centroid [m], (p, v, 3)
@@ -75,7 +78,10 @@ _COPLANAR = 1.0 - 1e-10
 
 
 def _edges_of(faces: Sequence[tuple[int, ...]]) -> Index:
-    """Corners i, j and both faces of every edge between two faces, shape (e, 4), from the corners of every face."""
+    """Corners i, j and both faces of every edge between two faces, shape (e, 4).
+
+    ``faces`` are the corners of every face.
+    """
     beside: dict[tuple[int, int], list[int]] = {}
     for f, face in enumerate(faces):
         for i, j in zip(face, (*face[1:], face[0]), strict=True):

@@ -86,7 +86,10 @@ class Scale:
         return float(self.load[self.free.any(axis=1)].mean())
 
     def under(self, wrench: Array) -> "Scale":
-        """This scale under another load, shape (n, 15 or 6): a block's own load is the larger of both."""
+        """This scale under another load: a block's own load is the larger of both.
+
+        ``wrench`` has the loads of every block, see ``Loads.rows``, shape (n, 15 or 6).
+        """
         return replace(self, load=np.maximum(self.load, _own_load(wrench, self.free, self.arm)))
 
     def above_rounding(self, state: State) -> "Scale":
@@ -101,7 +104,9 @@ class Scale:
 
 
 def _own_load(wrench: Array, moves: Flags, arm: Array) -> Array:
-    """Applied force, or moment over the arm where that is more, on the free degrees of freedom of every block [N].
+    """Applied force, or moment over the arm where that is more, of every block [N].
+
+    Held degrees of freedom do not count.
 
     ``wrench`` has forces [N] and moments [N m], shape (n, 6 or 15), ``moves`` the free degrees of freedom, shape
     (n, 6), and ``arm`` the least thickness of every block [m], shape (n,).
@@ -111,7 +116,9 @@ def _own_load(wrench: Array, moves: Flags, arm: Array) -> Array:
 
 
 def _least_thickness(assembly: Assembly) -> Array:
-    """Least side of the box that has a block's mass and inertia [m], whichever way it is turned, shape (n,).
+    """Least side of the box that has a block's mass and inertia [m], shape (n,).
+
+    It is the same whichever way the block is turned.
 
     Where the inertia is that of no box it is the cube root of the volume.
     """
@@ -124,18 +131,26 @@ def _least_thickness(assembly: Assembly) -> Array:
 
 
 def smallest_edge(assembly: Assembly) -> float:
-    """Least thickness of a free block, however it is turned [m]: displacements are large or small against it."""
+    """Least thickness of a free block, however it is turned [m].
+
+    Displacements are large or small against it.
+    """
     return float(_least_thickness(assembly)[~assembly.fixed].min())
 
 
 def unbalance(state: State, scale: Scale) -> tuple[float, float]:
-    """Largest unbalanced force over a block's own load, and moment over that load times the block's least thickness."""
+    """Largest unbalanced force and moment of a block, over its own load [-].
+
+    Moments are over that load times the block's least thickness.
+    """
     force, moment = unbalance_of_blocks(state, scale.above_rounding(state))
     return float(force.max(initial=0.0)), float(moment.max(initial=0.0))
 
 
 def unbalance_of_blocks(state: State, scale: Scale) -> tuple[Array, Array]:
-    """Unbalanced force and moment of every block against its own load and thickness [-], shapes (n,), (n,).
+    """Unbalanced force and moment of every block over its own load [-], shape (n,).
+
+    Moments are over that load times its thickness too.
 
     The force on a mode of a block that deforms counts too, at the corner that the mode moves most. Each block has a
     load of its own in ``scale``: against the mean load of all blocks a stone of a fortieth of the largest one's size

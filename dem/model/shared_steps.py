@@ -38,7 +38,10 @@ def shared_advance(state: State, acting: Acting, scheme: Scheme, drifts: bool | 
         bodies = bodies._replace(contact=np.empty((parts * n, 6)))
 
     def go(mine: int, end: int, total: Array) -> None:
-        """Step as the thread whose parts are ``mine`` to ``end``, with its own ``total`` of the accumulated scalars."""
+        """Step as the thread that has the parts from ``mine`` to before ``end``.
+
+        It has a ``total`` of the accumulated scalars of its own.
+        """
         team = Team(mine, end, parts, sums, gate)
         kernels.advance(
             state.points, state.joints, bodies, total, acting, scheme, team, drifts, state.modes, state.space,
@@ -54,7 +57,9 @@ def shared_advance(state: State, acting: Acting, scheme: Scheme, drifts: bool | 
 
 
 def _by_two(go: Callable[[int, int, Array], None], total: Array, gate: Index) -> None:
-    """Run both parts at once; an error of either ends both before the first step.
+    """Run both parts at once, as two threads.
+
+    An error of either ends both before the first step.
 
     Parameters
     ----------

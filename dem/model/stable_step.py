@@ -24,7 +24,9 @@ FLOOR = 0.02
 
 
 def point_motions(points: Points, joints: Joints, arm: Array, frame: Array, side: Array | None = None) -> Array:
-    """Displacement of every point along t1, t2, n by the motions of one of its blocks and by its shapes, (m, 3, 6 + k).
+    """Displacement of every point by the motions of one of its blocks.
+
+    Along t1, t2, n, by six rigid motions and k shapes, shape (m, 3, 6 + k).
 
     Parameters
     ----------
@@ -61,7 +63,9 @@ def block_stiffness(
     points: Points, joints: Joints, n_blocks: int, rotation: Array | None = None, ties: Ties | None = None,
     wanted: Flags | None = None,
 ) -> Array:
-    """Stiffness each block feels when only it moves and every joint is closed [N/m, N, N m], shape (n, 6, 6).
+    """Stiffness that each block feels when only it moves, shape (n, 6, 6).
+
+    Every joint is closed; units are [N/m, N, N m].
 
     K = sum over its points of k A g g^T, g = (e, r x e) for the normal and both tangents e, in the block's own axes.
 

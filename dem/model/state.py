@@ -138,7 +138,10 @@ class State:
         """A state that shares nothing with this one."""
 
         def twin(x: Any) -> Any:
-            """An array or a named tuple of arrays once more; anything else does not change and is shared."""
+            """An array or a named tuple of arrays once more.
+
+            Anything else does not change and is shared.
+            """
             if isinstance(x, np.ndarray):
                 return x.copy()
             return type(x)(*(v.copy() for v in x)) if hasattr(x, "_fields") else x
@@ -146,7 +149,7 @@ class State:
         return State(**{f.name: twin(getattr(self, f.name)) for f in fields(self)})
 
     def part(self, rows: Index) -> State:
-        """This state with the joints ``rows`` alone, in the order given; their arrays are copies."""
+        """This state with the joints ``rows`` alone, in the order given, as copies."""
         j, count = self.joints, np.diff(self.joints.start)[rows]
         points = points_of(j, rows)
         joints: dict[str, Any] = {name: x[rows] for name, x in j._asdict().items() if name != "start"}
@@ -252,14 +255,17 @@ class State:
         self.total[kernels.E_KINETIC] = 0.0
 
     def forces(self) -> PointForces:
-        """Contact forces in the present position, places from the centroid of block b, and energy without ties."""
+        """Contact forces in the present position, and energy without ties.
+
+        Places are less the reference centroid of block b.
+        """
         m = len(self.points.s)
         out = np.empty((m, 3)), np.empty((m, 3)), np.empty(m), np.empty((m, 2))
         energy = kernels.measure(self.points, self.joints, self.bodies, *out, self.modes, self.space)
         return PointForces(owners(self.joints), *out, float(energy))
 
     def measured(self, assembly: Assembly) -> PointForces:
-        """Contact forces in the present position; nothing changes."""
+        """Contact forces in the present position, and energy with ties."""
         now = self.forces()
         energy = stored_energy(self.ties, self.bodies) if len(self.ties.block_a) else 0.0
         return replace(
@@ -327,7 +333,9 @@ class PointForces:
 
 
 def _check_widths(path: object, modes: BlockModes, joints: int, shapes: int) -> None:
-    """Refuse simply deformable blocks whose arrays are not as wide as kernels read them, which look at no width.
+    """Refuse simply deformable blocks whose arrays have not the width kernels read.
+
+    Kernels look at no width.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ NO_TIES = Ties(*NO_SPRINGS, plastic=np.zeros(0))
 
 
 def make_ties(assembly: Assembly, factor: float = 1.0) -> tuple[Ties, tuple[str, ...]]:
-    """Kernel arrays of the ties of an assembly in the reference position, without force, and notes for the user.
+    """Kernel arrays of the ties of an assembly without force, and notes for the user.
 
     Parameters
     ----------
@@ -35,7 +35,10 @@ def elongation(ties: Ties, bodies: RigidBodies) -> Array:
 
 
 def pulls(ties: Ties, bodies: RigidBodies) -> Array:
-    """Tension of every tie in the present position [N], shape (t,); none yields, and their state stays."""
+    """Tension of every tie in the present position [N], shape (t,).
+
+    None yields, and their state stays.
+    """
     if not len(ties.block_a):
         return np.zeros(0)
     return tension(springs(ties), elongation(ties, bodies), ties.plastic)[0]

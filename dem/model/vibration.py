@@ -71,5 +71,8 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
 
 
 def _turned(state: Any, vectors: Array, block: Index) -> Array:
-    """Vectors, shape (m, 3), carried along by the rotation of the blocks ``block``, shape (m,), they belong to."""
+    """Vectors, shape (m, 3), carried along by the rotation of their blocks.
+
+    ``block`` are these, shape (m,).
+    """
     return vectors + np.einsum("mij,mj->mi", state.bodies.rot[block], vectors)

@@ -50,7 +50,10 @@ def shape_values(local: Array) -> Array:
 
 
 def shape_gradients(local: Array) -> Array:
-    """Derivatives of the shape functions by the two coordinates at one place ``local``, shape (2,); shape (2, 4)."""
+    """Derivatives of the four shape functions by the two coordinates, shape (2, 4).
+
+    They are taken at the place ``local``, shape (2,).
+    """
     factor = 1.0 + local * SQUARE
     return np.stack([SQUARE[:, 0] / 4 * factor[:, 1], SQUARE[:, 1] / 4 * factor[:, 0]])
 

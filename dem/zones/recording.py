@@ -35,7 +35,10 @@ class ZoneState(NamedTuple):
 
     @property
     def marks(self) -> NDArray[np.int64]:
-        """Mark of every zone from the flags of its stress points, shape (e,): tension before shear, now before past."""
+        """Mark of every zone from the flags of its stress points, shape (e,).
+
+        Tension goes before shear, and now before past.
+        """
         whole = np.bitwise_or.reduce(self.flags, axis=1)
         out = np.where(whole & SHEAR_PAST, YIELDED, ELASTIC)
         out = np.where(whole & SHEAR_NOW, AT_YIELD, out)
@@ -60,7 +63,10 @@ def save(path: str | Path, model: ZonedModel, same: Mapping[str, str], samples: 
 
 
 def read_model(path: Path, model: ZonedModel) -> dict[str, Any]:
-    """Put a model, which is changed, where that of a file was; returned are the samples kept with it, by name."""
+    """Put a model where that of a file was, and return the samples kept with it.
+
+    The model is changed. Samples are arrays by name.
+    """
     file = read_archive(path)
     for group in MOVING:
         for name, array in getattr(model, group)._asdict().items():
@@ -70,7 +76,9 @@ def read_model(path: Path, model: ZonedModel) -> dict[str, Any]:
 
 
 def zoned_joint_marks(model: ZonedModel, now: Reading) -> JointMarks:
-    """Marks per interface of the assembly, as :func:`dem.model.joint_marks.joint_marks` has them for rigid blocks.
+    """Marks per interface of the assembly, as those of rigid blocks.
+
+    See :func:`dem.model.joint_marks.joint_marks`.
 
     ``now`` is what the model holds in its position.
     """

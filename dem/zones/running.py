@@ -90,7 +90,9 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
 
 
 def refuse_explosion(model: ZonedModel) -> None:
-    """Refuse a state in which energy appears from nowhere: what lies behind it is no load of the structure.
+    """Refuse a state in which energy appears from nowhere.
+
+    What lies behind it is no load of the structure.
 
     Raises
     ------
@@ -112,7 +114,7 @@ def refuse_explosion(model: ZonedModel) -> None:
 
 
 def read(model: ZonedModel) -> Reading:
-    """Stresses, joint forces and elastic energy in the present position; nothing changes."""
+    """Stresses, joint forces and elastic energy in the present position."""
     stress = np.zeros((len(model.zones.kind), 4, 4))
     joint = np.zeros((len(model.contacts.area), 4))
     energy = float(measure_zones(model.arrays, stress, joint))
@@ -144,7 +146,9 @@ RAMP = 20
 
 
 def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_STEPS) -> bool:
-    """Bring the loads on and run until the unbalance is below a tolerance; False if that takes too many steps.
+    """Bring the loads on and run until the unbalance is below a tolerance.
+
+    False if that takes too many steps.
 
     Loads come in :data:`RAMP` parts over two of the slowest swings, at most a quarter of the steps.
 
@@ -170,7 +174,9 @@ def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_
 
 
 def drive(model: ZonedModel, velocity: Array, held: Flags) -> None:
-    """Hold freedoms of rigid blocks, and prescribe their velocities; what is held already stays held.
+    """Hold freedoms of rigid blocks, and prescribe their velocities.
+
+    What is held already stays held.
 
     Parameters
     ----------

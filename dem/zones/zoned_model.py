@@ -101,7 +101,10 @@ def free_stiffness(model: ZonedModel) -> sparse.csr_matrix:
 
 
 def stiffness(model: ZonedModel) -> sparse.csr_matrix:
-    """Elastic stiffness of zones and closed joints of a model [N/m], by freedoms of nodes, shape (2 n, 2 n)."""
+    """Elastic stiffness of zones and closed joints of a model [N/m], shape (2 n, 2 n).
+
+    Rows and columns are the freedoms of all nodes.
+    """
     zones, contacts = model.zones, model.contacts
     # freedoms of the four nodes of every zone; an entry of the whole for each pair of them
     dof = (2 * zones.node[:, :, None] + np.arange(2)).reshape(len(zones.node), -1)
@@ -158,7 +161,9 @@ def freedoms(model: ZonedModel) -> sparse.csr_matrix:
 
 
 def stable_masses(k: sparse.csr_matrix, nodes: int) -> Array:
-    """Masses per freedom for a step of 1 under local damping, from the largest eigenvalue of their stiffness.
+    """Masses per freedom for a step of 1 under local damping.
+
+    They follow from the largest eigenvalue of their stiffness.
 
     m proportional to the row sums of |K| (Gershgorin), one for all freedoms of a node; then scaled so that
     (1 + DAMPING) lambda_max(M^-1 K) <= 4 MARGIN.
@@ -181,7 +186,9 @@ def stable_masses(k: sparse.csr_matrix, nodes: int) -> Array:
 
 
 def largest_eigenvalue(k: sparse.csr_matrix, mass: Array) -> float:
-    """Largest eigenvalue of M^-1 K for a diagonal M [1/s2], above the exact one by up to :data:`BEYOND` and its error.
+    """Largest eigenvalue of M^-1 K for a diagonal M [1/s2].
+
+    It lies above the exact one by up to :data:`BEYOND` and its error.
 
     Parameters
     ----------
