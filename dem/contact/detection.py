@@ -379,7 +379,7 @@ class _Search:
     def soonest(self) -> float:
         """Time after which open edges and corners are looked at again [s].
 
-        The quickest of them may not touch before.
+        At its speed of now even the quickest of them does not touch before.
         """
         shape, b = self.met.now, self.state.bodies
         use = (shape.kind > FACES) & (shape.gap > 0.0)
