@@ -34,6 +34,11 @@ from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
 GENTLE, GENTLER = 0.02, 4
 """Part of the path over which the drive starts so many times more slowly [-], as a jump of speed shakes the blocks."""
 
+AT_REST = 1e-5
+"""Unbalance up to which own weight rests before a drive, over a block's own load [-]; chosen."""
+
+_ALONG = 1e-12  # of 1: a normal whose largest component is as near lies along a global axis, but for rounding
+
 BRAKE = Damping(local=0.5, combined=True)
 """Damping of a driven run; local damping alone drags on what slides: 5 % of a plastic wall's load, 20 % of peaks."""
 
@@ -84,7 +89,7 @@ class BlockStructure(DrivenStructure):
             said = tuple(w for w in self.state.warnings if not w.startswith(FEW_POINTS))
             finer = "give contact_points, the spacing [m], a twelfth of the thickness"
             self.state = replace(self.state, warnings=(*said, *on_few_points(model, finer)))
-        self.settle = chosen.settle or Settle(tolerance=1e-5)
+        self.settle = chosen.settle or Settle(tolerance=AT_REST)
         if drive.servo:
             self.settle = replace(self.settle, servo=drive.servo)
         b, p = self.state.bodies, self.state.points
@@ -206,7 +211,7 @@ def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Plane | None:
     ``unit`` is the twist of the blocks per displacement of 1 m, shape (n, 6).
     """
     plane = find_plane(assembly, loads, unit)
-    return plane if plane is not None and np.isclose(np.abs(plane.normal).max(), 1.0, atol=1e-12) else None
+    return plane if plane is not None and np.isclose(np.abs(plane.normal).max(), 1.0, atol=_ALONG) else None
 
 
 def _stages(drive: Drive, path: Sequence[float], steps: int) -> Sequence[Stage]:

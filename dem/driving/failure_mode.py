@@ -81,7 +81,7 @@ def failure_mode(assembly: Assembly, opening: Array, slip: Array, crushed: Array
     level = np.abs(x.normal[:, 2]) > _LEVEL
     upright = np.array([b.axis is not None and abs(b.axis[2]) > _UPRIGHT for b in assembly.blocks])
     between = ~level & upright[x.block_a] & upright[x.block_b]
-    # levels told apart as places are in this assembly
+    # levels told apart as places are in this assembly, or by a nanometre
     heights = np.round(x.centre[:, 2] / max(assembly.tolerance, 1e-9))
     at_level = [float(moved[level & (heights == z)].sum()) for z in np.unique(heights[level])]
     bed = float(moved[level].sum())

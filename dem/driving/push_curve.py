@@ -36,6 +36,9 @@ BY_WEIGHT = "fails under its own weight"
 SWING = 0.05
 """Swing of the load about its running median, over the peak, from which a curve warns [-]."""
 
+_COURSE, _WITHIN = 10, (0.05, 0.95)
+"""Part of the samples, one in so many, over which that median runs, and quantiles between which a load swings."""
+
 BETWEEN = 0.02
 """Load that may be missed between two samples, over the peak, from which a curve warns [-]."""
 
@@ -343,10 +346,10 @@ def swing_of(load: Array) -> float:
     It is half the range in which nine tenths of the loads lie. The median runs over a tenth of the samples; ``load``
     [N] has one value per sample.
     """
-    width = len(load) // 10 | 1  # an odd number of samples has a middle one
+    width = len(load) // _COURSE | 1  # an odd number of samples has a middle one
     middle = np.median(np.lib.stride_tricks.sliding_window_view(load, width), axis=1)
     about = load[width // 2 :][: len(middle)] - middle
-    low, high = np.quantile(about, (0.05, 0.95))
+    low, high = np.quantile(about, _WITHIN)
     return float(0.5 * (high - low) / max(np.abs(load).max(), TINY))
 
 

@@ -303,7 +303,7 @@ def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Se
     )
     again.record[:0] = [(x, v) for x, v in found.record if x <= found.stable]
     again.steps += found.steps
-    # a check of the rate repeats the last tenth of the climb: what was kept since may lie too high for that
+    # a check of the rate repeats the last tenth of the climb: what was kept since may lie too high (chosen)
     if again.near is not None and again.near[0] > 0.95 * again.stable and found.near is not None:
         again.near = found.near
     return again

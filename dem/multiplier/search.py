@@ -102,7 +102,7 @@ def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Cont
         return hold(
             assembly, state, loads.rows("dead"), scale, SETTLING, tolerance=min(AT_REST, c.equilibrium),
             limit=SINKING * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges,
-            onset=LoadOnset(np.zeros((len(loads.dead), 15)), evenly),
+            onset=LoadOnset(np.zeros_like(loads.rows("dead")), evenly),
         )
 
     begun, first = state.copy(), held(state, 0)
@@ -284,7 +284,7 @@ class _Bracket:
         self.queue = [x for x in self.queue if x > new]
         if not np.isfinite(self.refused) and new > self.last_asked:
             # where loads asked for lead near to collapse strides begin at the bracket's width and double; else the
-            # first climb takes longer strides, each half as long again as the one before, to a quarter of the load
+            # first climb takes longer strides, each half as long again as the last, to a quarter of the load (chosen)
             longest = max(2.0 * self.c.first, 0.25 * new)
             self.stride = 2.0 * self.stride if self.begins_near_collapse else min(1.5 * self.stride, longest)
 

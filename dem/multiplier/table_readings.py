@@ -47,6 +47,7 @@ def readings(history: History, begun: float, downhill: Array, weight: float) -> 
 
     Parameters
     ----------
+    history : of a run on the table
     begun : step at which the table began to turn
     downhill : unit vector along the table, towards which the wall leans, shape (3,)
     weight : of the free blocks [N]

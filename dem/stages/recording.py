@@ -72,16 +72,16 @@ class Recorder:
         """
         n = assembly.n_blocks
         self.assembly, self.state, self.stages = assembly, state, stages
-        weight = np.zeros((n, 15))
+        dead, live = loads.rows("dead"), loads.rows("live")
+        weight = np.zeros_like(dead)
         weight[:, 2] = -assembly.weights
         weight[assembly.fixed] = 0.0
         # loads on wholly held blocks go straight to the support and do not count
-        dead, live = loads.rows("dead"), loads.rows("live")
         dead[assembly.fixed] = live[assembly.fixed] = 0.0
         # the part of the dead load that is weight turns with a tilting table, the rest stays; a block whose vertical
         # dead load is nearer to nothing than to its weight was given none
         own = np.where(np.abs(dead[:, 2] - weight[:, 2]) <= np.abs(dead[:, 2]), 1.0, 0.0)[:, None] * weight
-        east, north = np.zeros((n, 15)), np.zeros((n, 15))
+        east, north = np.zeros_like(dead), np.zeros_like(dead)
         east[:, 0], north[:, 1] = -own[:, 2], -own[:, 2]
         self.cases = without_arms(np.stack([dead - own, own, live, east, north]))
         self.scale = Scale.of(assembly, dead if dead.any() else live)
