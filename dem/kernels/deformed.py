@@ -208,8 +208,40 @@ def strained_sums(
     )
 
 
+@kernel(inline="always")
+def load_strain(modes: BlockModes, i: int, rot: Array, arms: Array, force: Array) -> None:
+    """Loads of block i on its shapes, written to ``modes.load``, and the moment that its strain adds to ``force``.
+
+    The point at r from the centroid goes to R (1 + sum of q_k G_k) r. With B_k = R G_k sum of r f^T the force on shape
+    k is tr(B_k), and the moment grows by q_k times the axial vector of B_k.
+
+    Parameters
+    ----------
+    rot : R - I of all blocks, shape (n, 3, 3)
+    arms : sum of r f^T, reference axes [N m], shape (3, 3)
+    force : of the loads on the block [N, N m], shape (6,)
+    """
+    for k in range(modes.value.shape[1]):
+        load = 0.0
+        for a in range(3):
+            for b in range(3):
+                # B_k of row a and column b
+                entry = 0.0
+                for r in range(3):
+                    turn = rot[i, a, r] + (1.0 if a == r else 0.0)
+                    for s in range(3):
+                        entry += turn * modes.gradient[i, k, r, s] * arms[s, b]
+                if a == b:
+                    load += entry
+                else:
+                    # the axial vector is (B_yz - B_zy, B_zx - B_xz, B_xy - B_yx)
+                    axis, sense = 3 - a - b, 1.0 if (b - a) % 3 == 1 else -1.0
+                    force[3 + axis] += sense * entry * modes.value[i, k]
+        modes.load[i, k] = load
+
+
 @kernel(forceinline=True)
-def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | None) -> tuple[float, float]:
+def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | None) -> tuple[float, float, float]:
     """Move the shapes of all blocks by a step.
 
     Parameters
@@ -223,10 +255,11 @@ def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | 
     -------
     kinetic : kinetic energy of the shapes [J]
     damping : what damping took in the step [J]
+    applied : work of the loads on the shapes in the step [J]
     """
     value, rate, net = modes.value, modes.rate, modes.net
     dt, kick, viscosity, keep, lag = step
-    kinetic = damping = 0.0
+    kinetic = damping = applied = 0.0
     for i in range(value.shape[0]):
         squares = 0.0
         for k in range(value.shape[1]):
@@ -235,17 +268,18 @@ def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | 
         for k in range(value.shape[1]):
             if modes.inv_mass[i, k] == 0.0:
                 continue  # the block has no such shape
-            f = modes.contact[i, k] - modes.stiffness[i, k] * value[i, k]
+            f = modes.contact[i, k] - modes.stiffness[i, k] * value[i, k] + modes.load[i, k]
             v = float(rate[i, k])
             brake = brake_of(local, drifts, f, net[i, k], v * (abs(v) > least))
             net[i, k] = f
             new = (v * keep + (f - brake) * modes.inv_mass[i, k] * kick) * lag
             damping += brake * 0.5 * (v + new) * dt
+            applied += modes.load[i, k] * 0.5 * (v + new) * dt
             damping += viscosity * modes.mass[i, k] * (0.5 * (v + new)) ** 2 * dt
             rate[i, k] = new
             kinetic += 0.5 * modes.mass[i, k] * new * new
             value[i, k] += dt * new
-    return kinetic, damping
+    return kinetic, damping, applied
 
 
 @kernel(fast=False)

@@ -28,7 +28,7 @@ from dem.kernels.arrays import (
     Ties,
 )
 from dem.kernels.compiled import kernel
-from dem.kernels.deformed import move_modes
+from dem.kernels.deformed import load_strain, move_modes
 from dem.kernels.joint_forces import _crossing_forces, _joint_forces
 from dem.kernels.local_damping import brakes_of, least_speeds
 from dem.kernels.rotations import middle_spin, rotation_of, spin_of, turned_by
@@ -92,6 +92,16 @@ def _loads_on(acting: Acting, step: int, i: int, rot: Array, force: Array) -> No
                     for r in range(3):
                         turned = rot[i, u, r] * cases[c, i, 6 + 3 * r + v] - rot[i, v, r] * cases[c, i, 6 + 3 * r + u]
                         force[3 + k] += x * turned
+
+
+@kernel(inline="always")
+def _arms_on(acting: Acting, step: int, i: int, arms: Array) -> None:
+    """Sum of r f^T of the loads on block i in a step, written to ``arms`` (3, 3), see ``Acting.cases``."""
+    for a in range(3):
+        for b in range(3):
+            arms[a, b] = 0.0
+            for c in range(acting.cases.shape[0]):
+                arms[a, b] += acting.factors[step, c] * acting.cases[c, i, 6 + 3 * a + b]
 
 
 @kernel(inline="always")
@@ -200,7 +210,7 @@ def _added_up(total: Array, sums: Array, place: int, parts: int) -> Work:
 @kernel(forceinline=True)
 def _move(
     bodies: RigidBodies, part: int, parts: int, acting: Acting, step: int, at: BlockStep, scheme: Scheme,
-    drifts: bool | None, scratch: Scratch,
+    drifts: bool | None, scratch: Scratch, modes: BlockModes | None,
 ) -> Work:
     """Move a part of the blocks by a step; kinetic energy, and work of loads, supports and damping [J].
 
@@ -226,6 +236,9 @@ def _move(
             old[k] = vel[i, k] if k < 3 else spin[i, k - 3]
             still = still and held[i, k]
         _loads_on(acting, step, i, bodies.rot, force)
+        if modes is not None and acting.cases.shape[2] > 6:
+            _arms_on(acting, step, i, trot)
+            load_strain(modes, i, bodies.rot, trot, force)
         for k in range(6):
             if drifts is not None:
                 past[k] = net[i, k]
@@ -307,6 +320,8 @@ def advance(
     crossings = (joints.law[:, LAW.cross] != 0.0).any()
     # all threads begin together, or not at all where one never comes
     met = 0 if alone else meet(team.gate, 0, parts, 0)
+    if modes is not None:
+        modes.load[:] = 0.0
     for step in range(acting.factors.shape[0] if met < SHUT else 0):
         # sums of even and odd steps have places of their own: others may still read those of the step before
         place = step % 2 * parts * SUMS
@@ -334,7 +349,9 @@ def advance(
         at = BlockStep(dt, kick, viscosity, 1.0 - 0.5 * viscosity * dt, 1.0 / (1.0 + 0.5 * viscosity * dt))
         kinetic = applied = support = damping = 0.0
         for p in range(team.mine, team.end):
-            kinetic, applied, support, damping = _move(bodies, p, parts, acting, step, at, scheme, drifts, scratch)
+            kinetic, applied, support, damping = _move(
+                bodies, p, parts, acting, step, at, scheme, drifts, scratch, modes
+            )
             if parts > 1:
                 row = place + p * SUMS
                 sums[row + E_KINETIC], sums[row + E_APPLIED] = kinetic, applied
@@ -345,9 +362,10 @@ def advance(
         if parts > 1:
             kinetic, applied, support, damping = _added_up(total, sums, place, parts)
         if modes is not None:
-            moving_modes, braked_modes = move_modes(modes, at, local, drifts)
+            moving_modes, braked_modes, work_on_modes = move_modes(modes, at, local, drifts)
             kinetic += moving_modes
             damping += braked_modes
+            applied += work_on_modes
         if adaptive > 0.0:
             total[E_VISCOSITY] = _adapted(viscosity, adaptive, kinetic, total[E_KINETIC], dt)
         if kinetic_stop and kinetic < total[E_KINETIC] and total[E_STEPS] >= total[E_STOP] + STOP_EVERY:

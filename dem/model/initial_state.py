@@ -25,7 +25,7 @@ from limitmason.deformable import SOLID
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import on_few_points
-from limitmason.mechanics.joint_shapes import deforming_block_warnings
+from limitmason.mechanics.joint_shapes import soft_block_warnings
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.plane import Plane
 from limitmason.model import Assembly, Loads
@@ -129,7 +129,7 @@ def initial_state(
         for it
     blocks : "rigid", or "simply deformable": blocks with a material strain uniformly, bend and twist, see
         :func:`limitmason.deformable.simply_deformable_block`; blocks without one, and wholly held ones, stay rigid.
-        Loads do not deform a block but through its joints: they act as body forces, whose moments follow their points
+        Point loads and pressures strain it by its mean gradient, as if they were spread over it
     stress : "solid", "plane stress" or "plane strain"; simply deformable blocks only
     driven : twists that stages will prescribe, shape (k, 6); a plane found for ``stress`` holds them
 
@@ -167,7 +167,7 @@ def initial_state(
     start = Start.of(assembly, stress, plane) if blocks == SIMPLY_DEFORMABLE else None
     if start is not None and (rigid := int(free.sum()) - len(start.stiffness)):
         warnings = (*warnings, f"{rigid} of {int(free.sum())} free blocks have no material and stay rigid")
-    warnings += deforming_block_warnings(assembly, loads, laws[:, kernels.LAW.kn], blocks)
+    warnings += soft_block_warnings(assembly, laws[:, kernels.LAW.kn], blocks)
     deformation: StrainShapes | None = None
     modes: BlockModes | None = None
     axes = _own_axes(points, joints, n)

@@ -344,7 +344,8 @@ def _check_widths(path: object, modes: BlockModes, joints: int, shapes: int) -> 
     joints, shapes : how many joints, and shapes of a block, the kernels read
     """
     for name, array in modes._asdict().items():
-        wanted = (joints, shapes, 6) if name.startswith("side") else (len(modes.value), shapes)
+        wanted: tuple[int, ...] = (joints, shapes, 6) if name.startswith("side") else (len(modes.value), shapes)
+        wanted += (3, 3) if name == "gradient" else ()
         if array.shape != wanted:
             raise InputError(
                 f"{path} holds simply deformable blocks whose {name} is of shape {array.shape} for {wanted} here: it "

@@ -204,6 +204,7 @@ class Start:
     deformation: StrainShapes
     stiffness: dict[int, Array]
     mass: dict[int, Array]
+    gradient: dict[int, Array]
 
     @classmethod
     def of(cls, assembly: Assembly, stress: str, plane: Plane | None) -> "Start":
@@ -236,7 +237,10 @@ class Start:
                 out.coefficients[i], out.axes[i], out.half[i] = shape.coefficients, shape.axes, shape.half
                 out.mean[i], out.gradient[i] = shape.linear_stress(assembly.blocks[i])
         deforming = {i: x for i, x in enumerate(shapes) if x is not None}
-        return cls(out, {i: x.stiffness for i, x in deforming.items()}, {i: x.mass for i, x in deforming.items()})
+        return cls(
+            out, {i: x.stiffness for i, x in deforming.items()}, {i: x.mass for i, x in deforming.items()},
+            {i: x.mean_gradient for i, x in deforming.items()},
+        )
 
     def modes(
         self, assembly: Assembly, points: Points, joints: Joints, coupled: Array | None, axes: Array
@@ -251,7 +255,7 @@ class Start:
         """
         d = self.deformation
         n, m = d.reach.shape
-        stiffness, inv_mass = np.zeros((n, m)), np.zeros((n, m))
+        stiffness, inv_mass, gradient = np.zeros((n, m)), np.zeros((n, m)), np.zeros((n, m, 3, 3))
         new = replace(d, coefficients=d.coefficients.copy(), mean=d.mean.copy(), gradient=d.gradient.copy())
         for i, k in self.stiffness.items():
             # mass of the modes: their own, or what the stable step asks for
@@ -262,10 +266,11 @@ class Start:
             stiffness[i], inv_mass[i] = np.maximum(value, 0.0), 1.0
             for array in (new.coefficients, new.mean, new.gradient):
                 array[i] = np.tensordot(basis.T, array[i], axes=1)
+            gradient[i] = np.tensordot(basis.T, self.gradient[i], axes=1)
             new.reach[i] = np.linalg.norm(new.displacement(np.full(len(x), i), x), axis=1).max(axis=0)
         zero = np.zeros((n, m))
         modes = BlockModes(
-            zero, zero.copy(), stiffness, np.ones((n, m)), inv_mass, zero.copy(), zero.copy(),
+            zero, zero.copy(), stiffness, np.ones((n, m)), inv_mass, gradient, zero.copy(), zero.copy(), zero.copy(),
             *sides(new, points, joints),
         )
         return new, modes

@@ -59,7 +59,7 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import LOBATTO, ContactPoints, Grid, weakening
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
-from limitmason.mechanics.joint_shapes import deforming_block_warnings
+from limitmason.mechanics.joint_shapes import soft_block_warnings
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.model_notes import tension_above_apex
@@ -166,9 +166,10 @@ def pushover(
     faces cross in space. Points inside a grid stay with the block that carries them until they have left the face; in
     space they then go on at its side. A path of rigid blocks ends, and names two of them, where these would go through
     each other without a point. Blocks deform by small strains, in axes that turn with them. Body forces act
-    on no shape, exactly: under its own weight a block is strained by its joints. Point loads strain it through its
-    joints too, which leaves out what they strain between them. Ties are unstressed in the reference pose; they follow
-    their ends at any rotation, yield at their strength and hang loose when they shorten.
+    on no shape, exactly: under its own weight a block is strained by its joints. Point loads and pressures work on a
+    shape by its mean gradient, as if they were spread over the block: what is local at them is left out. Ties
+    are unstressed in the reference pose; they follow their ends at any rotation, yield at their strength and hang loose
+    when they shorten.
 
     Joints without residual values and fracture energies are perfectly plastic, and tension that opens one leaves no
     damage: a path ends where open joints still bear such a bond to an effect, and names the joint. Over fracture
@@ -196,7 +197,7 @@ def pushover(
     kn, ks, warnings = joint_stiffness(assembly, loads.dead, stiffness)
     ties, of_ties = make_ties(assembly)
     apex = tension_above_apex(assembly, taken=True)
-    warnings += [*of_points, *of_ties, *filter(None, [apex]), *deforming_block_warnings(assembly, loads, kn, blocks)]
+    warnings += [*of_points, *of_ties, *filter(None, [apex]), *soft_block_warnings(assembly, kn, blocks)]
     basis, free = degrees_of_freedom(assembly, plane)
     weight, size = _units(assembly, loads, free, moving)
     row, ratio = control_row(assembly, control, basis, free, loads.live @ basis * free)
@@ -208,7 +209,7 @@ def pushover(
     if anew:
         shapes, first = faces_that_meet(assembly, first, plane, size, firm)
     length = weight / float((first.kn * first.area).mean())
-    bent = deformation(assembly, points, blocks, stress, plane, kn, ks) if deforming else None
+    bent = deformation(assembly, loads, points, blocks, stress, plane, kn, ks) if deforming else None
     equations = partial(
         _equations, assembly, loads, plane=plane, bent=bent, control=row, weight=weight, size=size, length=length,
         ties=ties,
@@ -368,6 +369,7 @@ def _equations(
     p = s.points
     bodies = make_bodies(assembly, p, plane, bent)
     return System(
-        bodies, ElastoplasticLaw(p.law, p.kn, p.ks, p.softening), PathLoads.of(loads, bodies.basis, bodies.free),
+        bodies, ElastoplasticLaw(p.law, p.kn, p.ks, p.softening),
+        PathLoads.of(loads, bodies.basis, bodies.free, None if bent is None else bent.gradients),
         springs=np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, **given,
     )

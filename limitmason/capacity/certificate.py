@@ -14,6 +14,7 @@ from limitmason.capacity.path_state import (
     Structure,
     beyond_strength,
     forces,
+    placed,
     stored,
     strength,
     tensions,
@@ -127,7 +128,8 @@ def equilibrium(s: Structure, at: PathState, found: StateForces | None = None) -
     components, _, place = found or forces(s, at)
     local = np.einsum("mc,mci->mi", components, p.directions)
     force = np.einsum("mij,mj->mi", at.turn[p.block_a] + np.eye(3), local)
-    total = s.loads.wrench_at("dead", at.turn) + at.multiplier * s.loads.wrench_at("live", at.turn)
+    carried = placed(s, at)
+    total = s.loads.wrench_at("dead", carried) + at.multiplier * s.loads.wrench_at("live", carried)
     centroid = s.assembly.centroids + at.shift
     for block, sign in ((p.block_b, 1.0), (p.block_a, -1.0)):
         moment = np.cross(place - centroid[block], force)
@@ -144,6 +146,8 @@ def equilibrium(s: Structure, at: PathState, found: StateForces | None = None) -
         return largest
     d = s.deformation
     on_shapes = -d.stiffness * at.shapes
+    arms = s.loads.dead_arms + at.multiplier * s.loads.live_arms
+    on_shapes += np.einsum("nij,nkjl,nli->nk", at.turn + np.eye(3), d.gradients, arms)  # sum of f . R G_k r
     for block, sign, shape in ((p.block_b, 1.0, d.shapes_b), (p.block_a, -1.0, d.shapes_a)):
         own = np.einsum("mji,mj->mi", at.turn[block] + np.eye(3), force)  # axes of the block
         np.add.at(on_shapes, block, sign * np.einsum("mi,mik->mk", own, shape))
@@ -235,8 +239,8 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
         against = max(against, float((np.abs(more) * np.abs(most - pulls)).max()) / (s.weight * length))
         loss = np.append(loss, pulls * more)
         lost += float((0.5 * (pulled + pulls) * more).sum())
-    live = 0.5 * (before.multiplier + after.multiplier) * _work(s, "live", before, after)
-    dead = _work(s, "dead", before, after)
+    live = 0.5 * (before.multiplier + after.multiplier) * work_of_loads(s, "live", before, after)
+    dead = work_of_loads(s, "dead", before, after)
     change = stored(s, after, last) - stored(s, before, first)
     # a step that does no work to speak of (sliding without friction) is measured by the elastic work of a block
     # and one that self-stress drives, by the energy that it sets free
@@ -290,10 +294,11 @@ def _released(s: Structure, before: PathState, after: PathState, began: Array, a
     return float((0.5 * (begin + end) * fall * p.area).sum())
 
 
-def _work(s: Structure, case: str, before: PathState, after: PathState) -> float:
+def work_of_loads(s: Structure, case: str, before: PathState, after: PathState) -> float:
     """Work of the dead or live loads from one state to the next [J].
 
-    Forces work along the ways of their points, f . (dx + dR r); couples, moments without arms, along small spins.
+    Forces work along the ways of their points, f . (dx + d(R (1 + G)) r), couples, moments without arms, along small
+    spins.
 
     Parameters
     ----------
@@ -303,7 +308,7 @@ def _work(s: Structure, case: str, before: PathState, after: PathState) -> float
     wrench, arms = getattr(s.loads, case), getattr(s.loads, f"{case}_arms")
     motion = np.concatenate([after.shift - before.shift, _spins(before.turn, after.turn)], axis=1)
     couples = np.hstack([wrench[:, :3], wrench[:, 3:] - axial(arms)])
-    ways = np.einsum("nij,nji->n", after.turn - before.turn, arms)
+    ways = np.einsum("nij,nji->n", placed(s, after) - placed(s, before), arms)
     return float((couples * np.where(s.assembly.held, 0.0, motion)).sum() + ways.sum())
 
 

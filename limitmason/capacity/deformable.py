@@ -3,7 +3,8 @@
 A block's elastic energy is q' K q / 2 in the coordinates of its shapes; here they are chosen so that K is diagonal, and
 reduced to what the joint points see: with W the stiffness of the points and L L' = K, the singular values of
 W^(1/2) phi L^-T square to the block's compliance over that of the joints. Shapes that move no joint point carry nothing
-and are left out, without any loss: that is the static condensation of a block to its joints.
+and are left out, without any loss: that is the static condensation of a block to its joints. Where forces act beside
+the centroid its mean gradient is seen too, on which they work.
 """
 
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solve_triangular
 
-from limitmason.arrays import Array
+from limitmason.arrays import Array, Flags
 from limitmason.checks import choice
 from limitmason.deformable import PLANE_STRESS, SOLID, STATES, Body
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
@@ -41,6 +42,7 @@ class CondensedShapes:
     stiffness : of the reduced coordinates, which are root mean square displacements of the block's joint points [N/m],
         shape (n, k); 0 where a block has fewer
     shapes_a, shapes_b : displacement of the points of block a and b per unit of a coordinate [-], shape (m, 3, k)
+    gradients : mean gradient of the displacement per unit of a coordinate, reference axes [1/m], shape (n, k, 3, 3)
     blocks : "simply deformable" or "ritz"
     """
 
@@ -49,6 +51,7 @@ class CondensedShapes:
     stiffness: Array
     shapes_a: Array
     shapes_b: Array
+    gradients: Array
     blocks: str
 
     @property
@@ -60,6 +63,19 @@ class CondensedShapes:
         """Coordinates of a block's own shapes from reduced ones, shapes (..., k) to (..., its k)."""
         basis = self.bases[block]
         return np.zeros((*reduced.shape[:-1], 0)) if basis is None else np.asarray(reduced @ basis.T)
+
+    def placed(self, turn: Array, reduced: Array) -> Array:
+        """R (1 + G) - I of every block, which carries points of loads along, shape (n, 3, 3).
+
+        G is the mean gradient of the displacement: a load strains its block as if it were spread over it.
+
+        Parameters
+        ----------
+        turn : R - I, shape (n, 3, 3)
+        reduced : coordinates [m], shape (n, k)
+        """
+        gradient = np.einsum("nk,nkij->nij", reduced, self.gradients)
+        return np.asarray(turn + gradient + turn @ gradient)
 
     def displacement(self, block: int, point: Array, reduced: Array) -> Array:
         """Displacement of a point of a block by reduced coordinates (..., k), axes of the block [m], shape (..., 3)."""
@@ -116,9 +132,10 @@ def plane_of(assembly: Assembly, loads: Loads, blocks: str, stress: str | None) 
 
 
 def deformation(
-    assembly: Assembly, points: ContactPoints, blocks: str, stress: str, plane: Plane | None, kn: Array, ks: Array
+    assembly: Assembly, loads: Loads, points: ContactPoints, blocks: str, stress: str, plane: Plane | None, kn: Array,
+    ks: Array,
 ) -> CondensedShapes:
-    """Shapes of the blocks at the joint points, as few as the joints feel.
+    """Shapes of the blocks at the joint points, as few as the joints and the loads feel.
 
     With K the stiffness of a block's shapes and k those of its joint points, phi their displacement, the shapes are
     turned into the eigenvectors of phi^T k phi against K. Those that the joints do not feel are left out.
@@ -140,6 +157,7 @@ def deformation(
     springs = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface] * points.area[:, None]
     bases: list[Array | None] = []
     stiffness, values = [], []
+    loaded: Flags = (loads.dead_arms != 0.0).any(axis=(1, 2)) | (loads.live_arms != 0.0).any(axis=(1, 2))
     for i, shape in enumerate(shapes):
         mine = [np.flatnonzero(b == i) for b in (points.block_a, points.block_b)]
         rows = np.concatenate(mine)
@@ -152,28 +170,32 @@ def deformation(
         # eigenvectors by singular values of k^1/2 phi L^-T, with K = L L^T
         felt = np.sqrt(springs[rows])[:, :, None] * (points.directions[rows] @ phi)
         root = np.linalg.cholesky(shape.stiffness)
-        over_own = solve_triangular(root, felt.reshape(-1, shape.count).T, lower=True).T
+        # of a block with loads beside its centroid the mean gradient times its size is seen too, as a joint would
+        strained = np.cbrt(assembly.volumes[i]) * shape.mean_gradient.reshape(shape.count, 9).T * loaded[i]
+        seen = np.concatenate([felt.reshape(-1, shape.count), np.sqrt(springs[rows].sum()) * strained])
+        over_own = solve_triangular(root, seen.T, lower=True).T
         _, singular, axes = np.linalg.svd(over_own, full_matrices=False)
         axes = axes[singular > _UNSEEN * max(float(singular.max(initial=0.0)), 1e-300)]
         basis = solve_triangular(root.T, axes.T, lower=False)
         moved = phi @ basis
-        # a coordinate is a root mean square displacement of the joint points [m]
-        size = np.sqrt((moved**2).sum(axis=1).mean(axis=0))
+        # a coordinate is a root mean square displacement of the joint points [m], and of the ends by mean strain
+        size = np.sqrt((moved**2).sum(axis=1).mean(axis=0) + ((strained @ basis) ** 2).sum(axis=0))
         bases.append(basis / size)
         stiffness.append(1.0 / size**2)
         moved = moved / size
         values.append((mine, [moved[: len(mine[0])], moved[len(mine[0]) :]]))
     count = max((len(s) for s in stiffness), default=0)
     sides = [np.zeros((points.count, 3, count)) for _ in range(2)]
-    springs = np.zeros((assembly.n_blocks, count))
+    springs, gradients = np.zeros((assembly.n_blocks, count)), np.zeros((assembly.n_blocks, count, 3, 3))
     for i, (mine, moved_of) in enumerate(values):
         springs[i, : len(stiffness[i])] = stiffness[i]
-        basis_of = bases[i]
-        if basis_of is not None:
-            bases[i] = np.pad(basis_of, ((0, 0), (0, count - basis_of.shape[1])))
+        basis_of, body = bases[i], shapes[i]
+        if basis_of is not None and body is not None:
+            bases[i] = padded = np.pad(basis_of, ((0, 0), (0, count - basis_of.shape[1])))
+            gradients[i] = np.tensordot(padded.T, body.mean_gradient, axes=1)
         for side, r, u in zip(sides, mine, moved_of, strict=True):
             side[r, :, : u.shape[2]] = u
     return CondensedShapes(
         shapes=tuple(shapes), bases=tuple(bases), stiffness=springs, shapes_a=sides[0], shapes_b=sides[1],
-        blocks=blocks,
+        gradients=gradients, blocks=blocks,
     )

@@ -24,7 +24,7 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, Grid
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
-from limitmason.mechanics.joint_shapes import deforming_block_warnings, shapes_of
+from limitmason.mechanics.joint_shapes import shapes_of, soft_block_warnings
 from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.law_table import refuse_ties
 from limitmason.mechanics.lumped_units import with_lumped_units
@@ -287,7 +287,7 @@ def elastic_range(
     kn, ks, warnings = joint_stiffness(assembly, loads.dead, stiffness)
     springs = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
     shapes = shapes_of(assembly, blocks, state, None if plane is None else plane.normal) if deforming else None
-    warnings = [*warnings, *deforming_block_warnings(assembly, loads, kn, blocks)]
+    warnings = [*warnings, *soft_block_warnings(assembly, kn, blocks)]
     rows, matrix = stiffness_matrix(assembly, points, springs, plane, shapes, blocks)
     basis, free = degrees_of_freedom(assembly, plane)
     wrench = np.column_stack([(w @ basis * free).ravel() for w in (loads.dead, loads.live)])
@@ -297,15 +297,20 @@ def elastic_range(
     held = np.flatnonzero(kept)
     moved = np.zeros((len(kept), 2))
     wrench = np.pad(wrench, ((0, len(kept) - len(wrench)), (0, 0)))
+    deforms, own = [], free.size
+    for i, shape in enumerate(shapes or ()):
+        if shape is not None:
+            deforms.append((i, shape, slice(own, own + shape.count)))
+            own += shape.count
+    for i, shape, of_shapes in deforms:  # forces beside the centroid work on the mean gradient of every shape
+        for column, arms in enumerate((loads.dead_arms, loads.live_arms)):
+            wrench[of_shapes, column] = np.einsum("kij,ji->k", shape.mean_gradient, arms[i])
     moved[held] = _solved(sparse.csc_array(matrix[held][:, held]), wrench[held])
     stress_of = -springs[:, :, None] * (rows.T @ moved).reshape(points.count, points.components, 2)
     shift = np.einsum("ndl,xd->lnx", moved[: free.size].reshape(*free.shape, 2), basis[:3])
-    own = free.size
-    for i, shape in enumerate(shapes or ()):  # a shape moves the centroid too: rigid motions are means over the block
-        if shape is not None:
-            at = shape.displacement(assembly.centroids[i : i + 1])[0]
-            shift[:, i] += (at.T @ moved[own : own + shape.count]).T
-            own += shape.count
+    for i, shape, of_shapes in deforms:  # a shape moves the centroid too: rigid motions are means over the block
+        at = shape.displacement(assembly.centroids[i : i + 1])[0]
+        shift[:, i] += (at.T @ moved[of_shapes]).T
     level = f"{blocks}, {state}" if deforming else blocks
     return ElasticRange(
         assembly=assembly, points=points, dead=stress_of[:, :, 0], live=stress_of[:, :, 1], shift_dead=shift[0],

@@ -115,6 +115,11 @@ def forces(s: Structure, at: PathState) -> StateForces:
     return StateForces(np.column_stack([normal, shear]) * p.area[:, None], apart, p.place_b + moved_b)
 
 
+def placed(s: Structure, at: PathState) -> Array:
+    """R (1 + G) - I of every block, by which the points of its loads have moved, G its mean strain, shape (n, 3, 3)."""
+    return at.turn if s.deformation is None else s.deformation.placed(at.turn, at.shapes)
+
+
 def tensions(s: Structure, at: PathState) -> tuple[Array, Array, Array, Array]:
     """Tensions, present ends and directions of the ties in a state.
 

@@ -15,6 +15,7 @@ with -g the slope that displacements give it. It is largest at u = (C / 2 g)^(2/
 import numpy as np
 
 from limitmason.arrays import Array, Flags, Index
+from limitmason.capacity.certificate import work_of_loads
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.program import solve_step
@@ -232,7 +233,7 @@ def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
     s = generations.structures[node.generation]
     p = s.points
     motion = motion_between(node.pose, after.pose)
-    power = float((s.loads.wrench_at("live", node.pose.turn) * motion[:, :6]).sum())
+    power = work_of_loads(s, "live", generations.state(node), generations.state(after))
     advance = abs(after.control - node.control)
     # the motion after the largest load is no mechanism of this load
     if power * load[top] <= 0.0 or advance == 0.0:

@@ -156,7 +156,7 @@ class System:
         force : of every point [N], shape (m, c)
         multiplier : of the live load [-]
         """
-        dead, live = self.loads.at(pose.turn)
+        dead, live = self.loads.at(pose)
         total = block_wrenches(self.bodies, wrenches, force) + dead + multiplier * live
         for side, block in enumerate((self.ties.block_a, self.ties.block_b)):
             np.add.at(total, block, pulled.tension[:, None] * pulled.wrenches[:, side])
@@ -166,7 +166,7 @@ class System:
 
     def applied(self, pose: Pose) -> tuple[Array, Array]:
         """Dead and live loads on the free degrees of freedom in a pose, own units, shape (order,) each."""
-        dead, live = self.loads.at(pose.turn)
+        dead, live = self.loads.at(pose)
         return (dead * self.row_scale)[self.bodies.free], (live * self.row_scale)[self.bodies.free]
 
     def relative(self, at: Evaluated, own: Array) -> tuple[Array, Array]:
@@ -302,7 +302,7 @@ class System:
         viscous = np.broadcast_to(-np.asarray(viscosity, float), (self.order,)) - self.springs_own
         # every place once
         values[self._rest] += np.concatenate([viscous, self.applied(at.pose)[1], border, [corner]])
-        turned = self.loads.load_tangent(at.pose.turn, at.multiplier) * (self.row_scale[:, None] * self.motion_scale)
+        turned = self.loads.load_tangent(at.pose, at.multiplier) * (self.row_scale[:, None] * self.motion_scale)
         moves = self._turning >= 0
         values[self._turning[moves]] += turned.ravel()[moves]
         return _filled(self._pattern, values)

@@ -61,6 +61,7 @@ def polynomial_block(block: Block, elasticity: Elasticity, *, degree: int = DEGR
     return replace(
         every, coefficients=np.tensordot(vectors.T, unit, axes=1), stiffness=np.diag(squared),
         mass=block.density * block.volume * np.eye(len(squared)), names=names,
+        mean_gradient=np.tensordot(vectors.T, every.mean_gradient, axes=1),
     )
 
 

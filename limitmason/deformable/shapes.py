@@ -43,6 +43,7 @@ class Body(ReadOnly):
     mass : density times the integral of phi . phi, shape (k, k)
     elasticity : of its material, global axes
     names : of the shapes
+    mean_gradient : mean of d phi_i / d x_j over the volume, global axes [-], shape (k, 3, 3)
 
     Notes
     -----
@@ -58,6 +59,7 @@ class Body(ReadOnly):
     mass: Array
     elasticity: Elasticity
     names: tuple[str, ...]
+    mean_gradient: Array
 
     @property
     def count(self) -> int:
@@ -71,10 +73,14 @@ class Body(ReadOnly):
 
     def strain(self, points: Array) -> Array:
         """Strain of a unit of every shape at points, global axes, shape (m, k, 3, 3)."""
-        _, slope = products(self._scaled(points), self.powers)
-        gradient = np.einsum("mej,kce->mkcj", slope / self.half, self.coefficients, optimize=True)
+        gradient = self._gradient(points)
         own = 0.5 * (gradient + gradient.transpose(0, 1, 3, 2))
         return np.asarray(self.axes.T @ own @ self.axes)
+
+    def _gradient(self, points: Array) -> Array:
+        """Gradient of every shape at points, d phi_c / d x_j in the axes of the polynomials, shape (m, k, 3, 3)."""
+        _, slope = products(self._scaled(points), self.powers)
+        return np.einsum("mej,kce->mkcj", slope / self.half, self.coefficients, optimize=True)
 
     def stress(self, points: Array) -> Array:
         """Stress of a unit of every shape, tension positive [Pa], shape (m, k, 3, 3)."""
@@ -157,14 +163,18 @@ class Polynomials:
         none = np.zeros((0, 0))
         out = Body(
             centroid=self.block.centroid, axes=self.axes, half=self.half, powers=self.powers, coefficients=coefficients,
-            stiffness=none, mass=none, elasticity=self.elasticity, names=names,
+            stiffness=none, mass=none, elasticity=self.elasticity, names=names, mean_gradient=np.zeros((0, 3, 3)),
         )
         strain = out.strain(self.points)
         stress = self.elasticity.stress(strain)
         stiffness = np.tensordot(self.weight[:, None, None, None] * strain, stress, axes=((0, 2, 3), (0, 2, 3)))
         u = out.displacement(self.points)
         mass = self.block.density * np.tensordot(self.weight[:, None, None] * u, u, axes=((0, 2), (0, 2)))
-        return replace(out, stiffness=0.5 * (stiffness + stiffness.T), mass=0.5 * (mass + mass.T))
+        gradient = np.tensordot(self.weight, out._gradient(self.points), axes=1) / self.weight.sum()
+        return replace(
+            out, stiffness=0.5 * (stiffness + stiffness.T), mass=0.5 * (mass + mass.T),
+            mean_gradient=self.axes.T @ gradient @ self.axes,
+        )
 
     def fitted(self, shapes: Array) -> Array:
         """Coefficients of shapes without mean displacement and rotation, shape (k, 3, e).

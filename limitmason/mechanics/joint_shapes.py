@@ -10,16 +10,12 @@ from limitmason.deformable import Body, polynomial_blocks, simply_deformable_blo
 from limitmason.deformable.levels import RITZ, SIMPLY_DEFORMABLE
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.model.assembly import Assembly
-from limitmason.model.load import Loads
 
 _EXACT = 1e-9
 """Part of a face's area by which an integral over its points may be off and still counts as exact: rounding [-]."""
 
 _SEEN = 1e-10
 """Part of the stiffest rigid motion of a joint's points: a motion below it moves no point [-]."""
-
-_NO_STRAIN = 1e-9
-"""Moment of a block's loads over the largest load times the block's size that counts as none: rounding [-]."""
 
 _SOFT = 5.0
 """E / (kn l) of a block below which simply deformable shapes may miss more than 2 %."""
@@ -73,43 +69,6 @@ def soft_block_warnings(assembly: Assembly, kn: Array, blocks: str) -> tuple[str
         f"block {assembly.blocks[i].name!r} is hardly stiffer than its joints, E / (kn l) = {ratio[i]:.2g} below "
         f"{_SOFT:g}: the shapes of simply deformable blocks may be too few, by 2 % and more; compare with "
         "blocks='ritz' of a capacity curve, or with zones",
-    )
-
-
-def deforming_block_warnings(assembly: Assembly, loads: Loads, kn: Array, blocks: str) -> tuple[str, ...]:
-    """Warnings of what the shapes of deforming blocks do not tell, of blocks as soft as their joints and of loads.
-
-    Parameters
-    ----------
-    kn : normal stiffness of every interface [Pa/m], shape (interfaces,)
-    blocks : "rigid", "simply deformable" or "ritz"
-    """
-    return *soft_block_warnings(assembly, kn, blocks), *_loads_beside_centroids(assembly, loads, blocks)
-
-
-def _loads_beside_centroids(assembly: Assembly, loads: Loads, blocks: str) -> tuple[str, ...]:
-    """Warning where loads act beside the centroids of blocks that deform: they strain these through their joints alone.
-
-    A bar that is pressed at its end then shortens by half of F L / (E A).
-
-    Parameters
-    ----------
-    loads : with the moment r f^T of the forces on every block, r from its centroid
-    blocks : "simply deformable" or "ritz"; other kinds have no such limit
-    """
-    if blocks not in (SIMPLY_DEFORMABLE, RITZ):
-        return ()
-    deforms = ~assembly.fixed & np.array([b.material is not None for b in assembly.blocks])
-    # sum of r f^T, whose symmetric part is what would strain a block
-    strains = sum(np.abs(a + a.transpose(0, 2, 1)).max(axis=(1, 2)) for a in (loads.dead_arms, loads.live_arms))
-    size = (np.abs(loads.dead[:, :3]) + np.abs(loads.live[:, :3])).max(initial=0.0)
-    rows = np.flatnonzero(deforms & (strains > _NO_STRAIN * size * np.cbrt(assembly.volumes)))
-    if not len(rows):
-        return ()
-    more = f" and {len(rows) - 1} more" if len(rows) > 1 else ""
-    return (
-        f"loads beside the centroid of block {assembly.blocks[rows[0]].name!r}{more} strain it through its joints "
-        "alone: displacements may be too small; make what is loaded a block of its own",
     )
 
 

@@ -119,14 +119,15 @@ class LoadArrays(ReadOnly):
         return np.hstack([getattr(self, case), getattr(self, f"{case}_arms").reshape(-1, 9)])
 
     def wrench_at(self, case: str, turn: Array) -> Array:
-        """Dead or live wrenches of blocks that have turned [N, N m], shape (n_blocks, 6).
+        """Dead or live wrenches of blocks that have turned and strained [N, N m], shape (n_blocks, 6).
 
         Forces keep their direction, their points turn with the block.
 
         Parameters
         ----------
         case : "dead" or "live"
-        turn : R - I of every block, shape (n_blocks, 3, 3)
+        turn : F - I of every block, F r where a point at r from the centroid is now; R - I where it is rigid, shape
+            (n_blocks, 3, 3)
         """
         wrench = np.array(getattr(self, case))
         wrench[:, 3:] += axial(turn @ getattr(self, f"{case}_arms"))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-import dem
 import limitmason as lm
+from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.path_loads import PathLoads
 from limitmason.geometry import box
 from limitmason.geometry.rotation import rotation_matrices
@@ -173,32 +173,14 @@ def test_the_tangent_of_turning_arms_is_the_derivative_of_their_moments():
     loads = lm.Loads.weight(wall).with_point_load(wall, 1, (1e3, -2e3, 5e2), at=(0.1, 0.05, 0.8), case="dead")
     loads = loads.with_point_load(wall, 1, (-4e2, 1e3, 2e3), at=(0.3, 0.2, 0.4))
     path, turn, spin, h = PathLoads.of(loads, np.eye(6), np.ones((2, 6), bool)), np.zeros((2, 3, 3)), np.eye(3), 1e-6
+    still = np.zeros((2, 3)), np.zeros((2, 0))
     turn[1] = TURN - np.eye(3)
 
     def wrench(by):
         moved = turn.copy()
         moved[1] = rotation_matrices(tuple(by)) @ TURN - np.eye(3)
-        dead, live = path.at(moved)
+        dead, live = path.at(Pose(still[0], moved, still[1]))
         return (dead + 0.7 * live)[1]
 
     differences = np.column_stack([(wrench(h * d) - wrench(-h * d)) / (2 * h) for d in spin])
-    assert path.load_tangent(turn, 0.7)[0][:, 3:] == pytest.approx(differences, abs=1e-4)
-
-
-@pytest.mark.parametrize("blocks", ["simply deformable", "ritz"])
-def test_a_load_beside_the_centroid_of_a_block_that_deforms_says_what_it_does_not_strain(blocks):
-    """A bar that is pressed at its top shortens by half of F L / (E A): the push of the ground strains it alone."""
-    wall = block().with_material(lm.Material(young_modulus=1e9, poisson_ratio=0.2))
-    down = lm.Loads.weight(wall)
-    beside = down.with_point_load(wall, 1, (0.0, 0.0, -1e4), at=(0.2, 0.15, HEIGHT))
-    through = down.with_point_load(wall, 1, (0.0, 0.0, -1e4))
-
-    def said(loads, kind=blocks):
-        settled = lm.pushover(wall, loads, to=-1e-9, control=("block", "z"), blocks=kind)
-        return [w for w in settled.warnings if "beside the centroid of block 'block'" in w]
-
-    assert said(beside)
-    assert not said(through)
-    assert not said(beside, "rigid")
-    told = [dem.initial_state(wall, x, blocks="simply deformable").warnings for x in (beside, through)]
-    assert ["beside the centroid" in " ".join(w) for w in told] == [True, False]
+    assert path.load_tangent(Pose(still[0], turn, still[1]), 0.7)[0][:, 3:] == pytest.approx(differences, abs=1e-4)
