@@ -24,7 +24,10 @@ _LEVEL = 1e-9  # of the springing joint's length: what is level, or as wide, up 
 
 
 class _Piers(NamedTuple):
-    """Piers as given: height and width [m], None for none and for the arch's thickness; courses of each."""
+    """Piers of an arch as given.
+
+    Height and width [m], None for no piers and for the arch's thickness, and the number of courses of each.
+    """
 
     height: float | None = None
     width: float | None = None
@@ -153,7 +156,9 @@ def arch_from_curves(
 
 
 def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tuple[np.ndarray, np.ndarray, dict]:
-    """Joint ends of two arcs whose centres lie on the springing line; the crown joint is vertical.
+    """Joint ends of two arcs whose centres lie on the springing line.
+
+    The crown joint is vertical.
 
     Parameters
     ----------

@@ -11,7 +11,9 @@ _WHOLE = 1e-6  # of a course, chosen: a height this near to whole courses is mea
 
 
 def unit_size(unit: object, parts: int = 3) -> tuple[float, ...]:
-    """Return the first sizes of (length, height, thickness) of a unit [m], or say which of them is wrong.
+    """Return the first sizes (length, height, thickness) of a unit [m].
+
+    A wrong one is an error that names it.
 
     Parameters
     ----------

@@ -90,7 +90,9 @@ def make_bond(
 
 
 def lapping_course(bond: Bond, length: float, ends: Ends, leading: Leading) -> tuple[Piece, ...]:
-    """Return the course laid over (and under) the leading one, between the crossing walls.
+    """Return the course laid over and under the leading one.
+
+    It stops at the crossing walls.
 
     Parameters
     ----------
@@ -127,7 +129,9 @@ def lapping_course(bond: Bond, length: float, ends: Ends, leading: Leading) -> t
 
 
 def drop_cut_ends(bond: Bond, course: tuple[Piece, ...], length: float, ends: Ends) -> tuple[Piece, ...]:
-    """Return the course without the cut units at its free ends: a ragged end made of whole units only.
+    """Return the course without the cut units at its free ends.
+
+    A ragged end is made of whole units only.
 
     Parameters
     ----------
@@ -147,7 +151,7 @@ def drop_cut_ends(bond: Bond, course: tuple[Piece, ...], length: float, ends: En
 
 
 def smallest_overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> float:
-    """Return the smallest distance [m] between a head joint of one course and a head joint of the next.
+    """Return the smallest distance between head joints of two courses [m].
 
     A head joint is an end of a piece inside the run (where a lapping course stops against a crossing wall there is a
     joint too); the ends of the run itself do not count. Infinite if one of the courses has no head joint.
@@ -168,7 +172,9 @@ def smallest_overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> floa
 
 
 def _lapping_joints(bond: Bond, length: float, ends: Ends, leading: Leading) -> list[float]:
-    """Head joints of the lapping course over every piece of the leading one, increasing [m].
+    """Head joints of the lapping course in increasing order [m].
+
+    They stand over every piece of the leading one.
 
     Parameters
     ----------
@@ -190,7 +196,9 @@ def _lapping_joints(bond: Bond, length: float, ends: Ends, leading: Leading) -> 
 
 
 def _offsets(bond: Bond, size: float, header: bool, *, clipped: bool, centred: bool) -> list[float]:
-    """Where the lapping course has joints over one piece, from the end it was laid from [m].
+    """Where the lapping course has joints over one piece [m].
+
+    Distances are from the end that the piece was laid from.
 
     A unit clipped by the free end of the wall keeps the distances of a whole one; a unit cut to fit between two corners
     is lapped at its middle if it is too short for them.
@@ -227,7 +235,9 @@ def _offsets(bond: Bond, size: float, header: bool, *, clipped: bool, centred: b
 
 
 def _closer_second(bond: Bond, cuts: list[float], below: list[float]) -> list[float]:
-    """Ends of the pieces of a course [m] with a closer at its free start swapped with the header behind it.
+    """Swap a closer at the free start of a course with the header behind it.
+
+    Returned are the ends of the pieces [m].
 
     The wall then ends in a whole header. Left alone where the moved joint would come too near one of the course below.
 

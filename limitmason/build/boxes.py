@@ -9,7 +9,9 @@ SAME = 1e-9
 
 
 def subtract(box: Box, hole: Box) -> list[Box]:
-    """Return what a hole leaves of a box: pieces beside it over the box's height, and pieces below and above it.
+    """Return what a hole leaves of a box.
+
+    Pieces beside the hole have the box's height, pieces below and above it the hole's width.
 
     The hole goes through the whole thickness: its y does not count. Both are lower and upper corner [m].
     """
@@ -35,7 +37,10 @@ def subtract(box: Box, hole: Box) -> list[Box]:
 
 
 def _shared_area(a: Box, b: Box) -> float:
-    """Area [m2] of the face that two boxes share, 0 if they do not touch over an area."""
+    """Area of the face that two boxes share [m2].
+
+    It is 0 if they do not touch over an area.
+    """
     sides, touching = [], 0
     # boxes that share a face overlap along two axes and touch along the third
     for k in range(3):

@@ -159,7 +159,9 @@ def _plane(plane: Plane, name: str) -> tuple[Array, Array]:
 def _pieces(
     interface: Interface, cut: Mapping[int, tuple[Array, Array, float]], first: Sequence[int]
 ) -> list[Interface]:
-    """Pieces of an interface between the parts of its blocks, each between one part of a and one of b.
+    """Pieces of an interface between the parts of its blocks.
+
+    Each is between one part of block a and one of block b.
 
     Parameters
     ----------

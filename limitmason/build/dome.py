@@ -96,13 +96,19 @@ def dome(
     phi[-1] = 0.0
 
     def at(radius: float, colatitude: float, meridian: float) -> Array:
-        """Place of a point by its distance from the sphere's centre [m] and its angles [rad], shape (3,) [m]."""
+        """Place of a point [m], shape (3,), by its polar coordinates.
+
+        They are the distance from the sphere's centre [m] and two angles [rad].
+        """
         across, up = radius * math.sin(colatitude), radius * math.cos(colatitude)
         place = np.array([across * math.cos(meridian), across * math.sin(meridian), up - lift])
         return np.where(np.abs(place) < _DUST * r, 0.0, place)
 
     def voussoir(low: float, high: float, j: int, near: float, far: float) -> Solid:
-        """Stone of lune j between two bed joints, angles from the axis [rad], and two radii [m]."""
+        """Stone of lune j between two bed joints and two radii.
+
+        Bed joints are given by angles from the axis [rad], radii in m.
+        """
         corners = [at(s, t, m) for t in (low, high) for s in (near, far) for m in (phi[j], phi[j + 1])]
         return Solid(np.array(corners), _VOUSSOIR)
 

@@ -98,7 +98,9 @@ def add_ground(
     site: Site, footprint: tuple[float, float, float, float], unit: tuple[float, ...], base: object,
     base_margin: Any,
 ) -> None:
-    """Where the base is a slab, add it as the held block "base", one course thick, its top at z = 0.
+    """Where the base is a slab, add it as the held block "base".
+
+    It is one course thick, and its top is at z = 0.
 
     Parameters
     ----------
@@ -118,7 +120,9 @@ def add_ground(
 def add_units(
     site: Site, courses: Sequence[Sequence[Unit]], *, fix_bottom: bool = False, columns: Sequence[Unit] = ()
 ) -> None:
-    """Add units course by course and name them "run-course-position", with a letter for the leaf ("a" the outer one).
+    """Add units course by course and name them "run-course-position".
+
+    A letter tells the leaf, "a" the outer one.
 
     Parameters
     ----------

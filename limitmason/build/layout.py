@@ -22,7 +22,10 @@ _DIGITS = 12  # decimals to which sums of widths are rounded, so that 0.1 + 0.2 
 
 
 class _Gap(NamedTuple):
-    """A gap in the wall: left and right end in block lengths, its lowest course and the one above it, from 0."""
+    """A gap in the wall.
+
+    Its left and right end in block lengths, its lowest course from 0, and the course above it.
+    """
 
     left: float
     right: float
@@ -171,7 +174,9 @@ def _read(row: Row, number: int) -> list[float]:
 
 
 def _overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> float:
-    """Smallest overlap of two rows at head joints proper [m], infinite where one has none.
+    """Smallest overlap of two rows at head joints proper [m].
+
+    It is infinite where one has none.
 
     Edges of openings do not count: they stand in line on purpose.
 
@@ -188,7 +193,9 @@ def _overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> float:
 
 
 def _openings(rows: Sequence[Sequence[float]], length: float, height: float) -> list[dict]:
-    """Openings for the recipe: gaps with a block on both sides, as bounding rectangles [m].
+    """Openings for the recipe, as bounding rectangles [m].
+
+    They are gaps with a block on both sides.
 
     Gaps of successive rows that lie one over the other are one opening.
 
@@ -221,7 +228,10 @@ def _openings(rows: Sequence[Sequence[float]], length: float, height: float) -> 
 
 
 def _gaps(row: Sequence[float]) -> list[tuple[float, float]]:
-    """Left and right end of the gaps of a row between its first and last block, in unit lengths."""
+    """Gaps of a row between its first and last block.
+
+    Returned are left and right end of each, in unit lengths.
+    """
     gaps, position = [], 0.0
     solid = [k for k, width in enumerate(row) if width > 0.0]
     for k, width in enumerate(row):

@@ -51,7 +51,10 @@ class Bond:
 
 
 class Piece(NamedTuple):
-    """A position of a course: its extent along the wall [m] and whether one unit goes through the whole thickness."""
+    """A position of a course.
+
+    Its start and end along the wall [m], and whether one unit goes through the whole thickness.
+    """
 
     start: float
     end: float
@@ -59,14 +62,19 @@ class Piece(NamedTuple):
 
 
 class Leading(NamedTuple):
-    """The leading course, with the sense in which each piece was laid: +1 from its start, -1 from its end, 0 both."""
+    """The leading course, with the sense in which each piece was laid.
+
+    It is +1 from the piece's start, -1 from its end, 0 from both.
+    """
 
     pieces: tuple[Piece, ...]
     senses: tuple[int, ...]
 
 
 class Ends(NamedTuple):
-    """What bounds a run: thickness of the crossing wall at either end (0: free end) and a wall that meets it between.
+    """What bounds a run, and what meets it between.
+
+    `start` and `end` are the thickness of the wall that crosses there [m], 0 at a free end.
 
     `crossing` is (u0, u1) [m] of a T junction, or None.
     """
@@ -77,7 +85,9 @@ class Ends(NamedTuple):
 
 
 def leading_course(bond: Bond, length: float, ends: Ends) -> Leading:
-    """Return the course that covers the whole run, symmetric whenever the ends of the run are alike.
+    """Return the course that covers the whole run.
+
+    It is symmetric whenever the ends of the run are alike.
 
     Parameters
     ----------
@@ -112,7 +122,9 @@ def leading_course(bond: Bond, length: float, ends: Ends) -> Leading:
 
 
 def _place(length: float, sizes: list[Size], senses: list[int]) -> Leading:
-    """The leading course with its pieces in their places, the last one ending exactly at the end of the run.
+    """The leading course with its pieces in their places.
+
+    The last one ends exactly at the end of the run.
 
     Parameters
     ----------
@@ -129,7 +141,9 @@ def _place(length: float, sizes: list[Size], senses: list[int]) -> Leading:
 
 
 def _sequence(bond: Bond, length: float) -> list[Size]:
-    """Sizes of the units that cover a length [m] from 0, in the order of the bond's module.
+    """Sizes of the units that cover a length [m] from 0.
+
+    They follow the order of the bond's module.
 
     The last unit is cut; one that would be too short is merged with that before it.
     """
@@ -147,7 +161,9 @@ def _sequence(bond: Bond, length: float) -> list[Size]:
 
 
 def _lead(bond: Bond, crossing: float) -> list[Size]:
-    """Units that the leading course puts at a corner before its regular sequence: one, or none.
+    """Units that the leading course puts at a corner, one or none.
+
+    Its regular sequence follows on them.
 
     The lapping course has a joint at the inner face of the crossing wall. Where the regular joints come within a
     quarter of a unit of it, the first unit is cut so that they lap it properly. A cut corner unit of a thick wall goes
@@ -169,7 +185,9 @@ def _lead(bond: Bond, crossing: float) -> list[Size]:
 
 
 def _core(bond: Bond, crossing: float) -> list[Size]:
-    """Units centred on a wall that meets the run in a T: one, or two with their joint on its axis.
+    """Units centred on a wall that meets the run in a T.
+
+    There is one, or two with their joint on the axis of that wall.
 
     Of the two, the one whose joints stay farther from the faces of the crossing wall, where the lapping course stops.
 
@@ -197,7 +215,9 @@ def _core(bond: Bond, crossing: float) -> list[Size]:
 def _symmetric(
     bond: Bond, first: list[Size], last: list[Size], length: float
 ) -> tuple[list[Size], list[int]]:
-    """Fill the length between two corners with whole units outside and, where needed, cut ones in the middle.
+    """Fill the length between two corners symmetrically.
+
+    Whole units stand outside and, where needed, cut ones in the middle.
 
     Returned are the units, and in which sense each is laid: 1 from the start, -1 from the end, 0 in the very middle. No
     cut unit is shorter than half a unit, so that a lapping joint over its middle keeps a quarter on both sides.
@@ -227,7 +247,9 @@ def _symmetric(
 
 
 def _fill(bond: Bond, length: float) -> list[Size]:
-    """Pieces that fill a length [m] between two corners: whole units around one or two cut ones.
+    """Pieces that fill a length [m] between two corners.
+
+    Whole units of the bond stand around one or two cut ones.
 
     A rest shorter than half a unit is not laid by itself: with one whole unit it makes two equal pieces.
     """
@@ -252,7 +274,7 @@ def _fill(bond: Bond, length: float) -> list[Size]:
 
 
 def _fill_flemish(bond: Bond, length: float) -> list[Size]:
-    """Pieces of a Flemish course that fill a length [m] between two corners.
+    """Pieces of a Flemish bond that fill a length [m] between two corners.
 
     Stretcher, header, ..., stretcher, with cut stretchers (bats) in the middle where the length needs them. The course
     is symmetric: ``side``, a middle of whole and cut units, and the mirrored side.

@@ -50,7 +50,10 @@ class Opening:
     head: str = "lintel"
 
     def __post_init__(self) -> None:
-        """Check that its place and size are numbers; whether it fits is known to the wall."""
+        """Check that its place and size are numbers.
+
+        Whether it fits is known to the wall.
+        """
         for name in ("x", "z", "width", "height"):
             finite(f"opening: {name} [m]", getattr(self, name))
 
@@ -230,7 +233,10 @@ def _soldiers(where: str, band: Box, width: float) -> int:
 
 
 def _opening(given: Opening | Mapping, where: str) -> Opening:
-    """An opening from itself or a mapping of its fields; ``where`` names it in errors."""
+    """An opening, given as one or as a mapping of its fields.
+
+    ``where`` names it in errors.
+    """
     if isinstance(given, Opening):
         return given
     if isinstance(given, Mapping):
@@ -305,7 +311,9 @@ def _cross(a: tuple[float, float, float, float], b: tuple[float, float, float, f
 
 
 def _merge_short(whole: list[Unit], touched: list[Unit], min_piece: float) -> list[Unit]:
-    """Units of a course, from left to right, with pieces that are too short joined to the unit beside them.
+    """Units of a course with pieces that are too short joined to others.
+
+    They are returned from left to right.
 
     Of two neighbours the one with the larger common side takes the piece.
 

@@ -72,7 +72,10 @@ class Unit:
     axis: int
 
     def extent(self, k: int) -> tuple[float, float]:
-        """Smallest and largest coordinate of the unit [m], of x, y or z by its number ``k``."""
+        """Smallest and largest coordinate of the unit [m].
+
+        The number ``k`` says which, of x, y or z.
+        """
         return min(box[0][k] for box in self.boxes), max(box[1][k] for box in self.boxes)
 
 
@@ -135,7 +138,10 @@ def make_runs(
         raise InputError(f"length {length:g} m leaves no facade beside returns {depth:g} m thick")
 
     def make(name: str, x: float, reach: float, outer_first: bool) -> StraightWall:
-        """A return from x [m] on, ``reach`` [m] long; its outer face is the one at x or the other one."""
+        """A return from x [m] on, ``reach`` [m] long.
+
+        Its outer face is the one at x or the other one.
+        """
         ends = Ends(thickness, thickness) if plan == "box" else Ends(start=thickness)
         return StraightWall(
             name=name, axis=1, origin=(x, 0.0), length=reach, thickness=depth, ends=ends, outer_first=outer_first,
@@ -168,7 +174,10 @@ def make_runs(
 
 @dataclass(frozen=True)
 class Courses:
-    """The two alternating courses of one run, and the smallest overlap between them [m]."""
+    """The two alternating courses of one run.
+
+    And the smallest overlap between them [m].
+    """
 
     leading: tuple[Piece, ...]
     lapping: tuple[Piece, ...]

@@ -25,7 +25,7 @@ _RUNS_ALONG = 0.9  # cosine of 25 degrees, chosen: how far an edge may turn from
 
 
 def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLike = (0.0, 1.0, 0.0)) -> Assembly:
-    """This assembly with every face in contact over the middle part of its width across the wall only.
+    """This assembly with contact over the middle of the thickness only.
 
     Corners of a face move across the wall towards the middle between its outermost ones.
 
@@ -60,7 +60,9 @@ def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLik
 
 
 def with_head_joints_gaping(assembly: Assembly, gap: float) -> Assembly:
-    """This assembly with units that stop half a gap short of every head joint, so that bed joints lose overlap.
+    """This assembly with units that stop short of every head joint.
+
+    Each stops half a gap short, so that bed joints lose overlap.
 
     An edge of a bed or base joint that ends at a head joint is moved inwards by gap / 2; edges at the free end of a
     wall and along its faces stay. In running bond an overlap v between two head joints becomes v - gap. The faces in
@@ -221,7 +223,7 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
 def _cut_edge(
     assembly: Assembly, interface: Interface, polygon: Array, inward: Array, at: Array, depth: float
 ) -> Array:
-    """The polygon without a strip of some depth along one of its edges [m], shape (m, 3).
+    """The polygon without a strip along one of its edges [m], shape (m, 3).
 
     Parameters
     ----------

@@ -134,7 +134,9 @@ def _barrel(site: Site, outlines: Array, feet: list[Array], length: float, unit:
 
 
 def _groin(site: Site, outlines: Array, feet: list[Array], half_bay: float, unit: float) -> None:
-    """Add four webs: that of the barrel along +y between its groins, and its turns by 90 degrees.
+    """Add the four webs of a groin vault and their springers.
+
+    One is the barrel along +y between its groins, the others its turns by 90 degrees.
 
     Parameters
     ----------
@@ -179,7 +181,9 @@ def _pieces(start: float, end: float, unit: float, *, half: bool, least: float) 
 
 
 def _mitred(piece: Solid, slack: float) -> Solid:
-    """What of a piece lies in y >= |x|, between the vertical planes through the diagonals of the bay.
+    """What of a piece lies in y >= |x|.
+
+    The vertical planes through the diagonals of the bay bound it.
 
     Parameters
     ----------
@@ -204,7 +208,9 @@ def _turned(solid: Solid, quarters: int) -> Solid:
 
 
 def _name(word: str, course: int, position: int, courses: int) -> str:
-    """Name of a stone, "word-03-02", by its course and its place in it, both counted from 0.
+    """Name of a stone, "word-03-02".
+
+    Its course and its place in it are counted from 0.
 
     The number of all courses says how many digits that of a course has.
     """

@@ -18,7 +18,9 @@ _DUST = 1e-12  # of the thickness: coordinates below it are rounding of zero
 
 
 def circle(radius: object, angle_deg: object, span: object, rise: object) -> tuple[float, float]:
-    """Radius [m] and angle of embrace [rad] of the centre line from whichever pair is given.
+    """Radius [m] and angle of embrace [rad] of the centre line.
+
+    Whichever pair is given says them.
 
     Parameters
     ----------
@@ -41,7 +43,9 @@ def circle(radius: object, angle_deg: object, span: object, rise: object) -> tup
 
 
 def circle_facts(radius: float, angle: float) -> dict[str, float]:
-    """What a recipe says of a circular centre line: its radius, angle of embrace [deg], span and rise [m].
+    """What a recipe says of a circular centre line.
+
+    Its radius, angle of embrace [deg], span and rise [m].
 
     Parameters
     ----------
@@ -54,7 +58,9 @@ def circle_facts(radius: float, angle: float) -> dict[str, float]:
 
 
 def circular_joints(radius: float, angle: float, thickness: float, voussoirs: int) -> tuple[np.ndarray, np.ndarray]:
-    """Inner and outer ends of the radial joints in x-z [m], shape (n + 1, 2), left to right, springings at z = 0.
+    """Inner and outer ends of the radial joints of a circular arch.
+
+    In x-z from left to right [m], shape (n + 1, 2), springings at z = 0.
 
     Parameters
     ----------
@@ -102,7 +108,9 @@ def outlines_between(inner: np.ndarray, outer: np.ndarray) -> np.ndarray:
 
 
 def snapped(curve: np.ndarray, thickness: float) -> np.ndarray:
-    """Points [m], shape (n, 2), with rounding dust made zero, so that the springings of a semicircle are exactly level.
+    """Points with rounding dust made zero [m], shape (n, 2).
+
+    The springings of a semicircle are then exactly level.
 
     Parameters
     ----------
@@ -113,7 +121,9 @@ def snapped(curve: np.ndarray, thickness: float) -> np.ndarray:
 
 
 def springing(inner: np.ndarray, outer: np.ndarray, depth: float, *, left: bool) -> np.ndarray:
-    """Outline of the held block behind a springing joint, counter-clockwise in x-z [m], shape (4, 2).
+    """Outline of the held block behind a springing joint [m], shape (4, 2).
+
+    It runs counter-clockwise in x-z.
 
     It stands out by a quarter of the joint's length beyond both ends.
 

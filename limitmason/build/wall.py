@@ -197,7 +197,9 @@ def _laid(
     runs: Sequence[StraightWall], bond: Bond, levels: list[float], ragged: bool | tuple[bool, bool], start_half: bool,
     header_every: tuple[int, int] | None,
 ) -> tuple[list[list[list[Unit]]], float]:
-    """Units of every run, course by course, and the smallest overlap of successive courses [m].
+    """Units of every run, course by course.
+
+    And the smallest overlap of successive courses [m].
 
     Parameters
     ----------
@@ -308,7 +310,9 @@ def _bounds(runs: Sequence[StraightWall]) -> tuple[float, float, float, float]:
 def _add_beams(
     site: Site, runs: Sequence[StraightWall], top: float, given: float | None, over: str, density: float | None
 ) -> None:
-    """Add a beam on the runs that are named: the facade, the returns, or all, the rear wall included.
+    """Add a beam on the runs that are named.
+
+    They are the facade, the returns, or all, the rear wall included.
 
     Parameters
     ----------
@@ -342,7 +346,9 @@ def _add_beams(
 def _add_spreader(
     site: Site, runs: Sequence[StraightWall], top: float, given: object, top_beam: object, density: float | None
 ) -> None:
-    """Add the block that spreads the load on a straight wall, in the middle of its top.
+    """Add the block that spreads the load on a straight wall.
+
+    It stands in the middle of the wall's top.
 
     Parameters
     ----------
@@ -371,13 +377,19 @@ def _add_spreader(
 
 
 def _return_recipe(run: StraightWall) -> dict:
-    """What the recipe of a wall keeps of a return: name, side, length and thickness [m], and x from and to [m]."""
+    """What the recipe of a wall keeps of a return.
+
+    Name, side, length and thickness [m], and where it runs from and to in x [m].
+    """
     side, x = run.name.removeprefix("return-"), list(run.footprint[:2])
     return {"name": run.name, "side": side, "length": run.length, "thickness": run.thickness, "x": x}
 
 
 def _opening_recipe(opening: Placed) -> dict:
-    """What the recipe of a wall keeps of an opening: place, size and head [m], soldiers where there are any."""
+    """What the recipe of a wall keeps of an opening.
+
+    Place, size and head [m], and the number of soldiers where there are any.
+    """
     size = {"width": opening.x1 - opening.x0, "height": opening.z1 - opening.z0}
     record = {"x": opening.x0, "z": opening.z0, **size, "lintel": None, "bearing": None}
     if opening.soldiers:

@@ -35,7 +35,7 @@ class AppliedForces(NamedTuple):
 
     @property
     def wrench(self) -> Array:
-        """Force and moment about the centroid of every block [N, N m], shape (n_blocks, 6)."""
+        """Wrench of every block about its centroid [N, N m], shape (n_blocks, 6)."""
         return np.hstack([self.force, axial(self.arms)])
 
     def add(self, block: int, point: Array, force: Array) -> None:
@@ -51,7 +51,7 @@ class AppliedForces(NamedTuple):
         self.arms[block] += np.outer(point - self.centroids[block], force)
 
     def add_spread(self, block: int, polygon: Array, normal: Array, value: Array, traction: Array) -> None:
-        """Add a traction that is ``traction`` times a linear value over a plane polygon, exactly.
+        """Add a traction that varies linearly over a plane polygon, exactly.
 
         Parameters
         ----------
@@ -67,7 +67,9 @@ class AppliedForces(NamedTuple):
 
 
 def linear_integrals(polygon: Array, normal: Array, value: Array) -> tuple[float, Array]:
-    """Integrals of a linear value, and of (x - first corner) times it, over a plane polygon [m2, m3].
+    """Integrals of a linear value over a plane polygon.
+
+    Of the value [m2], and of (x - first corner) times it [m3], shape (3,).
 
     Parameters
     ----------

@@ -195,7 +195,9 @@ class Assembly(Displayed, Blockwork):
         )
 
     def _with_contacts(self, pieces: detection.BlockPieces, joint: Joint, table: JointTable) -> Assembly:
-        """This assembly with the contacts that its rules find and the joints chosen for them.
+        """This assembly with the contacts that its rules find.
+
+        Each has the joint that is chosen for it.
 
         Parameters
         ----------
@@ -304,9 +306,7 @@ class Assembly(Displayed, Blockwork):
         return replace(self, ties=fitted(self, several("ties", ties, Tie)))
 
     def with_contact_ends_pulled_in(self, inset: float, *, direction: ArrayLike | None = None) -> Assembly:
-        """This assembly with every interface shortened at its ends.
-
-        Rounded block edges do so.
+        """This assembly with interfaces shortened at their ends, as by rounded edges.
 
         Parameters
         ----------
@@ -367,7 +367,10 @@ class Assembly(Displayed, Blockwork):
 
     @cached_property
     def near_misses(self) -> tuple[DoubtfulContact, ...]:
-        """Pairs of faces that nearly touch and are no contact, between blocks without another joint made by hand."""
+        """Pairs of faces that nearly touch and are no contact.
+
+        Pairs between which a joint was made by hand are left out.
+        """
         if not self.doubts:
             return ()
         present, given = detection.interfaces_by_pair(self), self.contact_rules.width is not None

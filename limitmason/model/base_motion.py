@@ -134,7 +134,9 @@ class BaseMotion(Displayed, Stage):
         return (d / np.linalg.norm(d))[None]
 
     def left_over(self) -> tuple[Array, bool]:
-        """Velocity at the end of the record [m/s], shape (3,), and whether it is noticeable.
+        """Velocity at the end of the record [m/s], shape (3,).
+
+        And whether it is noticeable.
 
         That is more than a hundredth of the largest.
         """

@@ -40,7 +40,10 @@ class Block(ReadOnly):
     material: Material | None = None
 
     def __post_init__(self) -> None:
-        """Take vertices and axis as arrays of its own, which nobody changes, and check the axis."""
+        """Take vertices and axis as arrays of its own, which nobody changes.
+
+        The axis is checked.
+        """
         object.__setattr__(self, "parts", tuple(Solid(owned(p.vertices), p.faces) for p in self.parts))
         if self.material is not None and self.material.fractures:
             raise InputError(
@@ -56,7 +59,10 @@ class Block(ReadOnly):
 
     @cached_property
     def _properties(self) -> tuple[float, Array, Array]:
-        """Volume [m3], centroid [m], shape (3,), and inertia per density about it [m5], shape (3, 3)."""
+        """Volume, centroid and inertia per density.
+
+        [m3], [m], shape (3,), and about the centroid [m5], shape (3, 3).
+        """
         part = mass_properties(self.parts)
         volume = float(part.volume.sum())
         centroid = (part.volume[:, None] * part.centroid).sum(axis=0) / volume
@@ -88,7 +94,10 @@ class Block(ReadOnly):
 
     @property
     def faces(self) -> list[Array]:
-        """Corners of every face of its pieces, counter-clockwise from outside [m], shape (k, 3) each."""
+        """Corners of every face of its pieces [m], shape (k, 3) each.
+
+        They run counter-clockwise seen from outside.
+        """
         return [part.vertices[list(face)] for part in self.parts for face in part.faces]
 
     @property

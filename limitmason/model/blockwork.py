@@ -23,7 +23,9 @@ from limitmason.storage.frozen import ReadOnly, frozen
 
 @dataclass(frozen=True, eq=False)
 class Blockwork(ReadOnly):
-    """What an :class:`~limitmason.Assembly` holds, less how it is built and changed; its fields are explained there.
+    """What an :class:`~limitmason.Assembly` holds.
+
+    Its fields are explained there. How it is built and changed is not here.
 
     The parts that an assembly is made with (detection of contacts, moved copies, the contact report) read this.
     """
@@ -44,7 +46,7 @@ class Blockwork(ReadOnly):
 
     @cached_property
     def joint_names(self) -> tuple[str, ...]:
-        """Names of the two blocks of every interface with a bar between them: "base|unit 1"."""
+        """Names of the two blocks of every interface: "base|unit 1"."""
         return tuple(f"{self.blocks[i.block_a].name}|{self.blocks[i.block_b].name}" for i in self.interfaces)
 
     def joint_text(self, block_a: int, block_b: int) -> str:
@@ -82,7 +84,10 @@ class Blockwork(ReadOnly):
 
     @cached_property
     def vertices(self) -> tuple[Array, Index]:
-        """Vertices of all blocks in a row [m], shape (m, 3), and where those of each begin, shape (n_blocks + 1,)."""
+        """Vertices of all blocks in a row [m], shape (m, 3).
+
+        And where those of each begin, shape (n_blocks + 1,).
+        """
         own = [b.vertices for b in self.blocks]
         start = np.concatenate([[0], np.cumsum([len(v) for v in own], dtype=np.intp)]).astype(np.intp)
         return frozen((np.concatenate(own) if own else np.zeros((0, 3)), start))
@@ -102,7 +107,9 @@ class Blockwork(ReadOnly):
 
     @cached_property
     def _mass_properties(self) -> tuple[Array, Array, Array]:
-        """Volume, centroid and inertia per density of every block, summed over its convex parts.
+        """Volume, centroid and inertia per density of every block.
+
+        They are summed over its convex parts.
 
         Returns
         -------
@@ -183,7 +190,9 @@ class Blockwork(ReadOnly):
 
     @cached_property
     def links(self) -> AssemblyArrays:
-        """All that passes force between blocks: :attr:`arrays` with a row per tie after those of the interfaces.
+        """All that passes force between blocks.
+
+        It is :attr:`arrays` with a row per tie after those of the interfaces.
 
         A tie reads as a point without friction that is pressed by T: its ``normal`` runs from end b to end a, its area
         is 1 m2 and its compressive strength the tie's in N. Without ties it is :attr:`arrays` itself.

@@ -72,7 +72,9 @@ class NearMiss(NamedTuple):
 
 
 class EdgeContact(NamedTuple):
-    """Blocks that touch along an edge or at a corner only: no force passes there in this model.
+    """Blocks that touch along an edge or at a corner only.
+
+    No force passes there in this model.
 
     Parameters
     ----------
@@ -139,7 +141,10 @@ class ContactReport(ReadOnly):
 
     @property
     def decisions(self) -> tuple[str, ...]:
-        """What a user should decide before trusting a multiplier, or empty for a clean model."""
+        """What a user should decide before trusting a multiplier.
+
+        It is empty for a clean model.
+        """
         out = []
         for rows, one, many in (
             (self.near_misses, "near miss", "near misses"),

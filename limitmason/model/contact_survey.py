@@ -82,7 +82,9 @@ def _judged(
     listed: Candidates, rules: ContactRules, pieces: BlockPieces, near: Array,
     present: Mapping[tuple[int, int], list[Interface]],
 ) -> tuple[list[DoubtfulContact], list[DoubtfulContact], list[DoubtfulContact]]:
-    """Doubts that are contacts by a rule, near misses, and doubts that are passed over.
+    """Doubts in three lists: kept as contacts, missed, and passed over.
+
+    Those kept are contacts by a rule, those missed are near misses.
 
     Parameters
     ----------
@@ -137,7 +139,10 @@ def _within(found: Candidates, reach: Array, angle_deg: float) -> Candidates:
 
 
 def _filled(found: Candidates, rows: Index, pieces: BlockPieces) -> Flags:
-    """Whether another block fills the space between the two faces of the candidates in some rows."""
+    """Whether another block fills the space between two faces.
+
+    One answer for the candidates in each of some rows.
+    """
     return contact.filled(
         contact.closed_centres(found.pairs, rows), found.a[rows], found.b[rows], pieces.solids, pieces.owner
     )
@@ -180,7 +185,10 @@ def _would_add(
 
 
 def _entries(assembly: Blockwork, pieces: BlockPieces, exact: float) -> list[ContactEntry]:
-    """A row for every joint of an assembly with these pieces; gaps below ``exact`` [m] are told as zero."""
+    """A row for every joint of an assembly with these pieces.
+
+    Gaps below ``exact`` [m] are told as zero.
+    """
     x = assembly.arrays
     gaps, angles = contact_gaps(assembly, pieces)
     out = []
@@ -202,7 +210,10 @@ def _snapped(gap: Iterable[float], exact: float) -> tuple[float, float]:
 
 
 def _named(doubts: Iterable[DoubtfulContact], names: list[str], exact: float) -> tuple[NearMiss, ...]:
-    """Doubts with names for blocks, nearest first; gaps below ``exact`` [m] are zero."""
+    """Doubts with names for blocks, nearest first.
+
+    Gaps below ``exact`` [m] are told as zero.
+    """
     rows = [
         NearMiss(
             a=names[d.a], b=names[d.b], kind=d.kind, gap=_snapped(d.gap, exact), angle_deg=d.angle_deg, area=d.area,

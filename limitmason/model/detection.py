@@ -30,7 +30,10 @@ class ContactWarning(PlausibilityWarning):
 
 
 class BlockPieces(NamedTuple):
-    """Convex pieces of all blocks in a row, the block of each, and the least width of every block [m]."""
+    """Convex pieces of all blocks in a row.
+
+    And the number of the block of each, and the least width of every block [m].
+    """
 
     solids: list[Solid]
     owner: Index
@@ -56,7 +59,7 @@ def closed_pieces(blocks: Sequence[Block]) -> BlockPieces:
 def with_convex_parts(
     blocks: Sequence[Block], pieces: BlockPieces, flatness: float
 ) -> tuple[tuple[Block, ...], BlockPieces]:
-    """Blocks and their pieces, with solids that are not convex divided into convex parts.
+    """Blocks and their pieces, divided into convex parts where they are not.
 
     They stay one rigid body each.
 
@@ -101,6 +104,8 @@ def with_convex_parts(
 def typical_tolerance(pieces: BlockPieces) -> float:
     """The default tolerance for a block of median width [m].
 
+    ``pieces`` are those of all blocks.
+
     Contacts take that of the smaller of two blocks.
     """
     # what is flat or not finite is refused by name when contacts are looked for
@@ -122,7 +127,7 @@ def contact_distances(widths: Array, rules: ContactRules) -> Array:
 
 
 def near_miss_reach(widths: Array, distances: Array) -> Array:
-    """Gap of every block up to which faces that do not touch are near misses [m], shape (n_blocks,).
+    """Gap of every block up to which faces are near misses [m].
 
     It is at least twice the tolerance, so that a tolerance given wide still leaves room for near misses beyond it.
 
@@ -154,7 +159,9 @@ def detect(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules, fl
 
 
 def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, distances: Array) -> None:
-    """Refuse pieces of one block that overlap: their volumes are added up, so that they may only touch.
+    """Refuse pieces of one block that overlap.
+
+    Their volumes are added up, so that they may only touch.
 
     Parameters
     ----------
@@ -237,7 +244,10 @@ def length_text(length: float) -> str:
 
 
 def doubt_text(doubt: DoubtfulContact, blocks: Sequence[Block]) -> str:
-    """Names, gap and angle of two faces in words; a narrow contact's width too."""
+    """Names, gap and angle of two faces in words.
+
+    Of a narrow contact the width too.
+    """
     # a least gap that is rounding beside the largest is told as 0, and a gap even to 1 % as one number
     low, high = (0.0 if abs(g) < 1e-6 * abs(doubt.gap[1]) else g for g in doubt.gap)
     gap = length_text(high) if high - low <= 0.01 * abs(high) else f"{length_text(low)} to {length_text(high)}"
@@ -319,7 +329,7 @@ def count_text(count: int) -> str:
 
 
 def warn_of_doubts(assembly: Blockwork, kept: Sequence[DoubtfulContact], missed: Sequence[DoubtfulContact]) -> None:
-    """Warn of joints that were made by a rule, and of faces that nearly touch and were not made joints.
+    """Warn of joints made by a rule, and of near misses.
 
     Parameters
     ----------
@@ -345,7 +355,9 @@ def warn_of_doubts(assembly: Blockwork, kept: Sequence[DoubtfulContact], missed:
 def moved_doubts(
     doubts: Iterable[DoubtfulContact], matrix: Array, translation: Array, scale: float
 ) -> tuple[DoubtfulContact, ...]:
-    """Doubts of an assembly that was turned, mirrored or scaled, x' = matrix x + translation.
+    """Doubts of an assembly that was turned, mirrored or scaled.
+
+    A point x went to matrix x + translation.
 
     Parameters
     ----------
@@ -365,7 +377,10 @@ def moved_doubts(
 
 
 def renumbered_doubts(doubts: Iterable[DoubtfulContact], new: Index) -> tuple[DoubtfulContact, ...]:
-    """Doubts of an assembly whose block i is now block ``new[i]``, sorted by pair with a < b as they are found."""
+    """Doubts of an assembly whose block i is now block ``new[i]``.
+
+    They are sorted by pair with a < b, as they are found.
+    """
     out = []
     for d in doubts:
         a, b = int(new[d.a]), int(new[d.b])

@@ -109,7 +109,9 @@ def least_width(polygon: Array, normal: Array) -> float:
 
 
 def _first_faces(pieces: BlockPieces, start: Index) -> Index:
-    """Row of every block's first face, with the total at the end, shape (n_blocks + 1,).
+    """Row of every block's first face, shape (n_blocks + 1,).
+
+    The last entry is the number of all faces.
 
     Parameters
     ----------
@@ -146,7 +148,9 @@ def _face_under(faces: Faces, rows: slice, polygon: Array, normal: Array) -> int
 
 
 def _inner_faces(assembly: Blockwork, pieces: BlockPieces, faces: Faces, start: Index) -> Flags:
-    """Whether each face of a convex piece is mostly a cut between pieces of one block, shape (number of faces,).
+    """Whether each face is mostly a cut between pieces of one block.
+
+    The faces are those of convex pieces, shape (number of faces,).
 
     Parameters
     ----------

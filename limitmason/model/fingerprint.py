@@ -31,7 +31,9 @@ _CORNERS = ("shape", "polygon")
 
 @dataclass(frozen=True, eq=False)
 class Fingerprint(ReadOnly):
-    """Content of an assembly as arrays that a file keeps and another model is compared with.
+    """Content of an assembly as arrays.
+
+    A file keeps them, and another model is compared with them.
 
     Labels of joints, materials and ties, the recipe and the rules of detection are no part of it: they change no
     answer.
@@ -48,7 +50,9 @@ class Fingerprint(ReadOnly):
         cls, blocks: Sequence[Block], held: Table, joints: Sequence[Interface], ties: Sequence[Tie], ends: Table,
         tolerance: float,
     ) -> Fingerprint:
-        """Fingerprint of what an assembly holds, which keeps it as :attr:`Assembly.fingerprint`.
+        """Fingerprint of what an assembly holds.
+
+        The assembly keeps it as :attr:`Assembly.fingerprint`.
 
         Parameters
         ----------
@@ -103,7 +107,9 @@ class Fingerprint(ReadOnly):
         return _digest(np.array(list(self.digests.values())))
 
     def difference(self, then: Fingerprint) -> str:
-        """First thing in which this model differs from another by more than rounding, in words.
+        """First thing in which this model differs from another, in words.
+
+        Rounding is no difference.
 
         It is empty if none does.
 
@@ -222,7 +228,10 @@ def _columns(
 
 
 def _term_columns(joints: Sequence[Joint]) -> dict[str, Table]:
-    """A column for every number of the terms that joints have beside their fields: NaN where one has no such term."""
+    """A column for every number of the terms that joints have.
+
+    It is NaN where a joint has no such term.
+    """
     numbers = [{(name_of(t), f): v for t in joint.terms for f, v in t.numbers.items()} for joint in joints]
     return {
         f"joint: {name}'s {field}": np.array([own.get((name, field), np.nan) for own in numbers])
@@ -231,19 +240,28 @@ def _term_columns(joints: Sequence[Joint]) -> dict[str, Table]:
 
 
 def _number(value: Any) -> float:
-    """Value of a field as a number: a choice by its place among the choices, None as NaN."""
+    """Value of a field as a number.
+
+    A choice is its place among the choices, None is NaN.
+    """
     if isinstance(value, StrEnum):
         return float(tuple(type(value)).index(value))
     return float("nan") if value is None else float(value)
 
 
 def _rows(parts: Sequence[Table], width: int) -> Table:
-    """Tables of so many columns one under the other; an empty one where there are none."""
+    """Tables of so many columns one under the other.
+
+    An empty one where there are none.
+    """
     return np.concatenate(parts) if len(parts) else np.zeros((0, width))
 
 
 def _same(now: Table, was: Table) -> Flags:
-    """Which entries of two tables of one shape are equal, but for rounding; NaN equals NaN."""
+    """Which entries of two tables of one shape are equal, but for rounding.
+
+    NaN equals NaN.
+    """
     # words and whole numbers
     if now.dtype.kind != "f" or was.dtype.kind != "f":
         return np.asarray(now == was)

@@ -15,7 +15,10 @@ JointTable = Mapping[Any, Joint]
 
 
 def read_names(names: Sequence[str] | None, count: int) -> tuple[str, ...]:
-    """Names of so many blocks, each its own; "block-0", "block-1", ... where none are given."""
+    """Names of blocks, each its own.
+
+    Where ``names`` is None they are "block-0", "block-1", ..., as many as ``count``.
+    """
     if names is None:
         return tuple(f"block-{i}" for i in range(count))
     read = tuple(str(n) for n in names)
@@ -90,7 +93,9 @@ def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
 def read_prisms(
     outlines: Sequence[Any], names: Sequence[str], thickness: float, tolerance: float | None
 ) -> list[list[Solid]]:
-    """Convex pieces of blocks that are prisms over outlines in the x-z plane, between y = 0 and a thickness.
+    """Convex pieces of blocks that are prisms over outlines.
+
+    Outlines lie in the x-z plane, prisms between y = 0 and a thickness.
 
     Parameters
     ----------
@@ -187,7 +192,10 @@ class JointChoice:
                 raise InputError(f"joints[{key!r}]: a key is a kind ('bed', 'head', 'base') or a pair of block names")
 
     def __call__(self, a: int, b: int, kind: str) -> Joint | None:
-        """Law of the joint between blocks a and b: of the pair, else of the kind, else the default."""
+        """Law of the joint between blocks a and b.
+
+        That of the pair, else that of the kind, else the default.
+        """
         if self.pairs and (pair := frozenset((self.names[a], self.names[b]))) in self.pairs:
             self.used.add(pair)
             return self.pairs[pair]

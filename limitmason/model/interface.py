@@ -54,7 +54,9 @@ class Interface(ReadOnly):
 
 
 def interface_kind(normal: Array, held_a: bool, held_b: bool) -> str:
-    """Name of a joint: "base" where a block is wholly held, else "bed" or "head" by its orientation.
+    """Kind of a joint: "base", "bed" or "head".
+
+    It is "base" where a block is wholly held, else its orientation says it.
 
     Parameters
     ----------
@@ -67,7 +69,9 @@ def interface_kind(normal: Array, held_a: bool, held_b: bool) -> str:
 
 
 def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array | None:
-    """Polygon of an interface with its edges moved inwards [m], shape (n, 3), or None if nothing is left of it.
+    """Polygon of an interface with its edges moved inwards [m], shape (n, 3).
+
+    It is None if nothing is left.
 
     Parameters
     ----------

@@ -133,7 +133,10 @@ class Joint:
         warn_of_joint(self, label)
 
     def _check_energies(self, label: str) -> None:
-        """Refuse fracture energies that nothing can spend; ``label`` names the joint in messages."""
+        """Refuse fracture energies that nothing can spend.
+
+        ``label`` names the joint in messages.
+        """
         for field, strength in (("fracture_energy_tension", "tensile_strength"), ("fracture_energy_shear", "cohesion")):
             energy, rest = getattr(self, field), getattr(self, f"residual_{strength}")
             if energy is None:

@@ -297,7 +297,9 @@ class Loads(LoadArrays):
         contact: float = 0.3,
         case: str = "live",
     ) -> Loads:
-        """These loads and an axle on the fill over an arch, spread to the extrados and acting there.
+        """These loads and an axle on the fill over an arch.
+
+        Its load spreads to the extrados and acts there.
 
         See :func:`limitmason.model.axles.axle_forces`.
 

@@ -66,7 +66,10 @@ class LoadArrays(ReadOnly):
             raise InputError(f"dead loads are given for {len(self.dead)} blocks, live loads for {len(self.live)}")
 
     def __add__(self, other: Self) -> Self:
-        """Superpose dead with dead and live with live; names are joined by "+"."""
+        """Superpose dead with dead and live with live.
+
+        Names are joined by "+".
+        """
         if not isinstance(other, LoadArrays):
             return NotImplemented
         name = " + ".join(n for n in (self.name, other.name) if n)
@@ -84,7 +87,9 @@ class LoadArrays(ReadOnly):
         return replace(self, name=name, **{k: factor[k.removesuffix("_arms")] * getattr(self, k) for k in _PARTS})
 
     def of_blocks(self, order: ArrayLike) -> Self:
-        """The loads of some blocks in a given order: those of a renumbered or smaller assembly.
+        """The loads of some blocks in a given order.
+
+        They are those of a renumbered or smaller assembly.
 
         Parameters
         ----------
@@ -94,7 +99,9 @@ class LoadArrays(ReadOnly):
         return replace(self, **{k: getattr(self, k)[rows] for k in _PARTS})
 
     def transformed(self, matrix: ArrayLike) -> Self:
-        """The loads turned or mirrored together with their assembly, see ``Assembly.transformed``.
+        """The loads turned or mirrored together with their assembly.
+
+        See ``Assembly.transformed``.
 
         Parameters
         ----------
@@ -112,7 +119,9 @@ class LoadArrays(ReadOnly):
         return replace(self, **turned)
 
     def rows(self, case: str) -> Array:
-        """Dead or live wrenches, and behind them the arms row by row [N, N m], shape (n_blocks, 15).
+        """Wrenches with the arms behind them [N, N m], shape (n_blocks, 15).
+
+        The arms follow row by row.
 
         ``case`` is "dead" or "live".
         """
@@ -134,7 +143,9 @@ class LoadArrays(ReadOnly):
         return wrench
 
     def points(self, case: str) -> Array:
-        """From the centroid of every block to where its dead or live resultant acts [m], shape (n_blocks, 3).
+        """Where the resultant of every block acts [m], shape (n_blocks, 3).
+
+        From the block's centroid, of the dead or of the live load.
 
         Of parallel forces their centre. Of a couple and a force the point of the line of action nearest the centroid.
         Zero where no force acts. ``case`` is "dead" or "live".

@@ -79,7 +79,10 @@ class Material:
         warn_of_material(self, label)
 
     def _check_strength(self, label: str) -> None:
-        """Refuse one of a pair without the other, and two laws at once; ``label`` names it in messages."""
+        """Refuse one of a pair without the other, and two laws at once.
+
+        ``label`` names the material in messages.
+        """
         if (self.cohesion is None) != (self.friction_angle_deg is None):
             raise InputError(f"{label}: give both cohesion and friction_angle_deg, or neither for an elastic unit")
         if (self.compressive_strength is None) != (self.compressive_energy is None):

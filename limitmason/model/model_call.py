@@ -14,7 +14,9 @@ R = TypeVar("R")
 
 
 def of_model(function: Callable[P, R]) -> Callable[P, R]:
-    """A function whose first argument must be an assembly, and whose ``loads`` must be loads.
+    """A function that checks its assembly and its loads first.
+
+    Its first argument must be an assembly, and its ``loads`` must be loads.
 
     Raises
     ------

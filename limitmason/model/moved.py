@@ -35,7 +35,10 @@ def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> La
     mirrored = np.linalg.det(m) < 0
 
     def moved(solid: Solid) -> Solid:
-        """A convex piece after the motion, its faces counter-clockwise seen from outside again."""
+        """A convex piece after the motion.
+
+        Its faces run counter-clockwise seen from outside again.
+        """
         faces = tuple(f[::-1] for f in solid.faces) if mirrored else solid.faces
         return Solid(solid.vertices @ m.T + t, faces)
 
@@ -91,7 +94,9 @@ def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
 
 
 def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False) -> Laid:
-    """The assembly with a group of held blocks made one, so that a support of several blocks moves as one body.
+    """The assembly with a group of held blocks made one.
+
+    A support of several blocks then moves as one body.
 
     The first of the group owns the joints and ties of all. Joints between two held blocks are left out: the ground
     bears both sides of them.

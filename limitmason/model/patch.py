@@ -39,11 +39,17 @@ class Patch(NamedTuple):
     axes: Array
 
     def holds(self, points: Array) -> Any:
-        """Whether all of some points lie in its plane [m], shape (..., n, 3); one answer for each n points."""
+        """Whether points lie in its plane.
+
+        ``points`` are [m], shape (..., n, 3), with one answer for each n of them.
+        """
         return np.abs((points - self.corners[0]) @ self.normal).max(axis=-1) <= NEAR * self.size
 
     def clipped(self, face: Array) -> Array:
-        """The part of a face [m], shape (n, 3), within it, in its axes from its first corner [m], shape (m, 2)."""
+        """The part of a face within it [m], shape (m, 2).
+
+        It is in the patch's axes from its first corner. The face is [m], shape (n, 3).
+        """
         return clip_convex((face - self.corners[0]) @ self.axes.T, (self.corners - self.corners[0]) @ self.axes.T)
 
     def missed(self, what: str) -> InputError:

@@ -43,7 +43,10 @@ def warn(text: str, category: type[Warning] = PlausibilityWarning) -> None:
 
 @contextmanager
 def given_as_coefficient() -> Iterator[None]:
-    """While a friction angle is worked out from a coefficient: however small, it is no angle in radians."""
+    """While a friction angle is worked out from a coefficient.
+
+    However small, it is no angle in radians then.
+    """
     token = _given_as_coefficient.set(True)
     try:
         yield
@@ -52,7 +55,11 @@ def given_as_coefficient() -> Iterator[None]:
 
 
 def warn_of_joint(joint: Any, label: str) -> None:
-    """Warn of angles like radians, strengths like MPa, stiffnesses like N/mm3, and strengths that grow by failing."""
+    """Warn of a joint's numbers in other units.
+
+    Angles like radians, strengths like MPa, stiffnesses like N/mm3, and strengths that grow by failing. ``label`` names
+    the joint.
+    """
     if not _given_as_coefficient.get():
         _warn_of_angle(joint, label, "; use Joint.from_friction_coefficient for a joint this smooth")
     _warn_of_strengths(joint, label, "compressive_strength", "residual_cohesion", "residual_tensile_strength")
@@ -67,7 +74,10 @@ def warn_of_joint(joint: Any, label: str) -> None:
 
 
 def warn_of_material(material: Any, label: str) -> None:
-    """Warn of moduli like MPa or GPa, strengths like MPa, angles like radians; ``label`` names the material."""
+    """Warn of a material's numbers in other units.
+
+    Moduli like MPa or GPa, strengths like MPa, angles like radians. ``label`` names the material.
+    """
     if material.young_modulus < _MODULUS_TOO_LOW:
         e = material.young_modulus
         warn(f"{label}: young_modulus = {e:g} Pa looks like MPa or GPa ({e:g} GPa is {1e9 * e:g} Pa)")
@@ -76,7 +86,10 @@ def warn_of_material(material: Any, label: str) -> None:
 
 
 def warn_of_tie(tie: Any, label: str) -> None:
-    """Warn of a yield stress and modulus like MPa, and of a section like mm2; ``label`` names the tie."""
+    """Warn of a tie's numbers in other units.
+
+    A yield stress and modulus like MPa, a section like mm2. ``label`` names the tie.
+    """
     for field in ("yield_stress", "modulus"):
         value = getattr(tie, field)
         if value is not None and value < _MODULUS_TOO_LOW:
@@ -116,7 +129,9 @@ def _warn_of_strengths(law: Any, label: str, *further: str) -> None:
 
 
 def warn_of_blocks(blocks: Sequence[Any], sizes: Array) -> None:
-    """Warn of densities like N/m3, kN/m3 or g/cm3, and of blocks whose millimetres or centimetres are read as metres.
+    """Warn of densities and sizes of blocks in other units.
+
+    Densities like N/m3, kN/m3 or g/cm3, and millimetres or centimetres read as metres.
 
     Parameters
     ----------
@@ -175,6 +190,9 @@ def warn_of_point(name: str, at: Array, bounds: Array) -> None:
 
 
 def warn_of_pressure(name: str, pressure: float) -> None:
-    """Warn of a pressure [Pa] that no masonry carries; ``name`` says what it acts on."""
+    """Warn of a pressure [Pa] that no masonry carries.
+
+    ``name`` says what it acts on.
+    """
     if abs(pressure) > _PRESSURE_TOO_HIGH:
         warn(f"pressure on {name}: {pressure:.3g} Pa is more than 1 GPa; is it in another unit?")

@@ -28,7 +28,9 @@ _SAME_SIDE_DEG = 10.0
 
 
 class Pressure(NamedTuple):
-    """Pressure into a face: an even one, and one that grows with depth below a level and is nil above it.
+    """Pressure into a face, even or growing with depth.
+
+    The part that grows is nil above its level. Both are added.
 
     Parameters
     ----------

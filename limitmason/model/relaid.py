@@ -45,7 +45,9 @@ def with_joint_laws(
 def _by_law(
     interfaces: Iterable[Interface], law: Joint | Callable[[Joint], Joint], kinds: set[str] | None
 ) -> tuple[Interface, ...]:
-    """Interfaces of some kinds (None: of all) with one new law, or with a function of the law they had.
+    """Interfaces of some kinds with a new law.
+
+    It is one law, or a function of the law that each had. ``kinds`` None is all of the ``interfaces``.
 
     Interfaces that shared a law share the new one: readers of laws go by identity, and look at each once.
     """

@@ -68,7 +68,9 @@ class ResponseSpectrum(Displayed, Tabular, ReadOnly):
     def of_record(
         cls, acceleration: ArrayLike, sample_step: float, periods: ArrayLike | None, damping: float
     ) -> ResponseSpectrum:
-        """The spectrum of one component, linear between samples; the oscillators swing on after the record.
+        """The spectrum of one component of a record.
+
+        It is linear between samples. The oscillators swing on after it.
 
         Parameters
         ----------

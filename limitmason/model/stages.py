@@ -219,7 +219,9 @@ class Drive(Stage):
             raise InputError(f"Drive: calm must be positive, and the length be given in steps, got {self.calm!r}")
 
     def twists(self, assembly: Assembly) -> tuple[Array, Flags]:
-        """Travel of every block [m, rad], and whether the drive holds each degree of freedom, shape (n, 6) each.
+        """Travel of every block, and which degrees of freedom the drive holds.
+
+        [m, rad] and flags, shape (n, 6) each.
 
         Parameters
         ----------

@@ -59,7 +59,9 @@ class SupportMotion:
         return np.concatenate([self.translation + np.cross(self.rotation, arm), self.rotation])
 
     def displacements(self, assembly: Blockwork, support: Group) -> dict[str, dict[str, float]]:
-        """Displacement of every block of a group about its centroid [m, rad], by block name and degree of freedom.
+        """Displacement of every block of a group about its centroid [m, rad].
+
+        By block name and degree of freedom.
 
         ``dem.Drive`` takes it so.
 

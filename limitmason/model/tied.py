@@ -105,7 +105,10 @@ def ring_beam(
 
 
 def _block_at(assembly: Blockwork, point: Array) -> int:
-    """Number of the first block that holds a point [m], shape (3,), inside or on its faces, the free ones first."""
+    """Number of the first block that holds a point, the free ones first.
+
+    The point [m], shape (3,), lies inside it or on its faces.
+    """
     slack = max(_ON_FACE * assembly.tolerance, _LEAST_SLACK)
     for block in sorted(range(assembly.n_blocks), key=lambda k: bool(assembly.fixed[k])):
         for part in assembly.blocks[block].parts:
