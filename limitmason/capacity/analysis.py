@@ -281,7 +281,7 @@ def followed_in(
 def _framed(
     assembly: Assembly, points: ContactPoints, kn: Array, ks: Array, misfit: Array | None, firm: Index | None
 ) -> tuple[ContactPoints, PathContacts]:
-    """Points and first contacts with frames carried by the firmer block; without ``firm`` by block a, as in the DEM.
+    """Points and first contacts with frames carried by the firmer block, or without ``firm`` by block a, as in the DEM.
 
     Parameters
     ----------

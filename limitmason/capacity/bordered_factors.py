@@ -22,7 +22,9 @@ _CORRECTIONS = 4
 
 
 class FrontFactors(NamedTuple):
-    """Factors of a large matrix, front by front; what they do not solve is left to those with all exchanges of rows.
+    """Factors of a large matrix, front by front.
+
+    What they do not solve is left to factors with all exchanges of rows.
 
     Parameters
     ----------
@@ -39,7 +41,7 @@ class FrontFactors(NamedTuple):
     pivoted: Callable[[sparse.csc_matrix], SuperLU]
 
     def solve(self, right: Array) -> Array:
-        """The solution for a right side, shape (n,); nan where the matrix is singular."""
+        """The solution for a right side, shape (n,), nan where the matrix is singular."""
         found, left = self.corrected(right)
         if left <= ROUNDED * float(np.abs(right).max(initial=0.0)):
             return found

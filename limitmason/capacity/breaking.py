@@ -114,7 +114,7 @@ def weakened(history: PlasticHistory, rows: Index) -> PlasticHistory:
 
 
 def worst_of(over: Array) -> Index:
-    """The most overloaded point, with those that are alike to it to rounding; none where no point is overloaded."""
+    """The most overloaded point, with those that are alike to it to rounding, or none where no point is overloaded."""
     worst = float(over.max(initial=-np.inf))
     return np.flatnonzero(over >= worst - _ALIKE) if worst > 0.0 else np.empty(0, np.intp)
 
@@ -367,7 +367,7 @@ def _fallen(
     target: float | None,
     programs: int,
 ) -> Node | None:
-    """The state that viscous sub-steps come to; whatever they overload breaks at the end of each.
+    """The state that viscous sub-steps come to, where whatever they overload breaks at the end of each.
 
     Parameters
     ----------

@@ -108,7 +108,7 @@ def certified_curve(
 
 
 def _told_of_flat_top(curve: PushoverCurve) -> str:
-    """Warning where the displacement near the first limit point hangs on the last digits of the load; "" elsewhere."""
+    """Warning where the displacement near the first limit point hangs on the last digits of the load, or ""."""
     # a curve without such a point, or one that begins so near to it, has no displacement there to tell of
     top = curve.first_limit_point
     if top is None or curve.toward * top.load <= 0.0 or curve.load[0] / top.load > NEARLY - WITHIN:
@@ -145,7 +145,7 @@ def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]
 
 
 def _returned(generations: Generations, nodes: list[Node]) -> str:
-    """Warning of the first points that slide back or round a bend after they have dilated; "" for none.
+    """Warning of the first points that slide back or round a bend after they have dilated, or "".
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def _through(generations: Generations, nodes: list[Node]) -> str:
 
 
 def _stayed(generations: Generations, nodes: list[Node]) -> str:
-    """Warning of the first point that bears and has slid far from where its blocks may meet; "" for none.
+    """Warning of the first point that bears and has slid far from where its blocks may meet, or "".
 
     Parameters
     ----------

@@ -69,7 +69,7 @@ def linearised(
     state: tuple[Array, ...], elastic: Array,
     linear: tuple[Array, ...],
 ) -> bool:
-    """Write the linear equations of the points about a state; False where one of them is singular.
+    """Write the linear equations of the points about a state, or return False where one is singular.
 
     Parameters
     ----------

@@ -230,7 +230,7 @@ class Generations:
         return move * self._tangent(node, before, move)[0]
 
     def paces(self, last: Node, before: Node | None, new: Node) -> list[float]:
-        """How far blocks would move in a step by the tangent at its start and by that at its end [m]; inf if singular.
+        """How far blocks would move in a step by the tangent at its start and by that at its end [m], inf if singular.
 
         Parameters
         ----------
@@ -316,7 +316,7 @@ class Generations:
         return self.systems[node.generation].sense(self._reached(node, before), prescribed)
 
     def softest(self, node: Node, before: Node | None) -> float:
-        """Smallest stiffness of the structure where its control displacement is held; 0 if singular.
+        """Smallest stiffness of the structure where its control displacement is held, 0 if singular.
 
         It is the smallest absolute eigenvalue of the tangent K, bordered by the control displacement held at zero and
         the multiplier as its reaction. Inverse iterations, x = K^-1 (x / |x|), tend to its reciprocal. Unit: mean

@@ -287,7 +287,7 @@ def _rank(value: Array) -> Index:
 
 
 def carried_firmly(points: ContactPoints, firm: Index) -> ContactPoints:
-    """The points with the frame carried by the firmer of both blocks; forces keep their sign.
+    """The points with the frame carried by the firmer of both blocks, forces with their sign.
 
     Parameters
     ----------

@@ -319,7 +319,7 @@ def elastic_range(
 
 
 def _solved(matrix: sparse.csc_array, loads: Array) -> Array:
-    """Solution of K u = w for every load, shape (r, k); refused where joints leave a block free.
+    """Solution of K u = w for every load, shape (r, k), refused where joints leave a block free.
 
     K is scaled to ones on the diagonal, S K S with S_ii = K_ii^-1/2, so that pivots tell a free motion from a soft one.
     One step of refinement follows.

@@ -152,7 +152,9 @@ def imperfection_ensemble(
 
 
 def _lost(curve: PushoverCurve, within: float) -> float:
-    """The first loss of a path [-]; where nothing falls, the load of the plateau on which it ends; NaN without one.
+    """The first loss of a path [-], NaN without one.
+
+    Where nothing falls it is the load of the plateau on which the path ends.
 
     Parameters
     ----------

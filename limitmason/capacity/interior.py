@@ -45,7 +45,7 @@ _LEAST_AIM, _CENTRED = 0.05, 3
 
 
 class Inner(NamedTuple):
-    """State of m points inside the law, in mean block weights and elastic lengths; or a step from it."""
+    """State of m points inside the law, in mean block weights and elastic lengths, or a step from it."""
 
     normal: Array  # N, compression positive, (m,)
     cone: Array  # (a, T): radius of the cone of friction, and the shear in it, (m, c)
@@ -64,7 +64,7 @@ class Inner(NamedTuple):
 
 
 class _Linear(NamedTuple):
-    """Equations of the points at a state, linearised: what is eliminated, and what they lack; units of ``Inner``."""
+    """Equations of the points at a state, linearised: what is eliminated, and what they lack, in units of ``Inner``."""
 
     inverse: Array  # of the product with (a, T), (m, c, c)
     across: Array  # d(slid) / d(a, T), (m, c, c)
@@ -128,7 +128,7 @@ class _Points:
         return Inner(normal, cone, slid, spare, product / spare)
 
     def linearised(self, at: Evaluated, x: Inner) -> _Linear | None:
-        """Linear equations of the points about a state, with the motions of blocks left over; None if singular.
+        """Linear equations of the points about a state, with the motions of blocks left over, None if singular.
 
         Unknowns of a point are eliminated: its cone (limit of shear a and shear T), its slip, and in each row of spare
         strength the ``spare`` x and what has ``given``. What equations lack is kept for the right-hand side. They are

@@ -183,7 +183,7 @@ def governing_point(curve: PushoverCurve, assembly: Assembly) -> CurvePoint | No
 
 
 def _limit(assembly: Assembly, loads: Loads, **settings: Any) -> float:
-    """Multiplier of the governing point of a path [-], NaN where it has none; settings of :func:`pushover`."""
+    """Multiplier of the governing point of a path [-], NaN where it has none, with settings of :func:`pushover`."""
     point = governing_point(whole_pushover(assembly, loads, **settings), assembly)
     return float("nan") if point is None else point.load
 

@@ -170,7 +170,7 @@ class _Path(JudgedPath):
         )
 
     def _beyond(self, system: System, last: Node, left: float) -> tuple[Node | None, float]:
-        """The state at which a block that has lost a support comes to rest, and how far that is [m]; None without one.
+        """The state at which a block that has lost a support comes to rest, and how far that is [m], or None.
 
         Parameters
         ----------
@@ -221,7 +221,7 @@ class _Path(JudgedPath):
         return True
 
     def _appended(self, a: Try) -> PathEnd | None:
-        """Put the state on the path, with what breaks from it; how the path ends where that does not go, else None."""
+        """Put the state on the path, with what breaks from it, or tell how the path ends where that does not go."""
         made, last = self.generations, a.last
         if a.due is None:
             # a whole step, at whose end contacts are looked for; where that was done blocks may have met unseen
@@ -262,7 +262,7 @@ class _Path(JudgedPath):
         return None
 
     def _ended(self, system: System, new: Node) -> PathEnd | None:
-        """How the path ends with its last state; None where it goes on.
+        """How the path ends with its last state, or None where it goes on.
 
         Parameters
         ----------

@@ -38,7 +38,7 @@ def point_range(criterion: str, law: PointLaw, dead: Array, live: Array) -> tupl
 
 
 def _below_zero(constant: Array, slope: Array) -> tuple[Array, Array]:
-    """Range of lambda with constant + lambda slope <= 0, per row: lower and upper ends; (inf, -inf) for none.
+    """Range of lambda with constant + lambda slope <= 0, per row: lower and upper ends, (inf, -inf) for none.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def _opening(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
 
 
 def _crushing(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
-    """Where N <= fc, see :func:`point_range`; everywhere for points without a compressive strength."""
+    """Where N <= fc, see :func:`point_range`, and everywhere for points without a compressive strength."""
     crushes = law.crushes
     return _below_zero(np.where(crushes, dead[:, 0] - law.crushing, -1.0), np.where(crushes, live[:, 0], 0.0))
 

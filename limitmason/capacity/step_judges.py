@@ -297,7 +297,7 @@ class JudgedPath:
         return True
 
     def _makes_energy(self, a: Try) -> StepOutcome | PathEnd:
-        """A step that loses energy is a jump; one that makes some is refused.
+        """A step that loses energy is a jump, and one that makes some is refused.
 
         Either is halved first, as energy may be left over by the length of the step alone.
         """

@@ -201,6 +201,6 @@ def until_stuck(generations: Generations, nodes: list[Node], new: Node, most: fl
 
 
 def senses(begins: float, to: float | None, ratio: float) -> tuple[float, float]:
-    """Signs of the control displacement, and of the multiplier that grows along it; as in :func:`.path.follow`."""
+    """Signs of the control displacement, and of the multiplier that grows along it, as in :func:`.path.follow`."""
     sense = 1.0 if (ratio > 0.0 if to is None else to >= begins) else -1.0
     return sense, sense * float(np.sign(ratio))

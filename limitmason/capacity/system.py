@@ -197,7 +197,7 @@ class System:
         return np.asarray(-self.springs_own * motion[self.bodies.free] / self.length)
 
     def controlled(self, pose: Pose) -> float:
-        """The control displacement of a pose [m]; only shifts count."""
+        """The control displacement of a pose [m], of which only shifts count."""
         shift = pose.shift @ self.bodies.basis[:3]
         return float((self.control * shift).sum())
 

@@ -150,7 +150,7 @@ class _Face:
     """A plane face: a point and the unit normal of its plane, convex pieces and triangles of it [m], and its area."""
 
     def __init__(self, corners: Array, slack: float) -> None:
-        """Cut a face into convex pieces and triangles; a sliver has none.
+        """Cut a face into convex pieces and triangles, a sliver into none.
 
         Parameters
         ----------
@@ -262,7 +262,7 @@ def _unions(
 
 
 def _common_face(a: Solid, b: Solid, slack: float) -> float:
-    """Area of a face that two parts share corner by corner [m2]; zero without one."""
+    """Area of a face that two parts share corner by corner [m2], zero without one."""
     for f in a.faces:
         for g in b.faces:
             if len(f) != len(g):

@@ -70,7 +70,7 @@ def axes_in_plane(corners: Array, normal: Array) -> Array:
 
 
 def area_in_space(corners: Array) -> float:
-    """Area of a plane polygon in space [m2], corners [m], shape (n, 3); zero for fewer than three."""
+    """Area of a plane polygon in space [m2], corners [m], shape (n, 3), zero for fewer than three."""
     if len(corners) < 3:
         return 0.0
     r = corners - corners[0]
@@ -187,7 +187,7 @@ def _turn(a: Array, b: Array, c: Array) -> float:
 
 
 def _is_convex(p: Array, indices: Iterable[int]) -> bool:
-    """Whether the corners ``indices`` of p (n, 2), in this order, make a convex polygon; straight corners count."""
+    """Whether the corners ``indices`` of p (n, 2), in this order, make a convex polygon, straight corners too."""
     q = p[list(indices)]
     e = np.roll(q, -1, axis=0) - q
     f = np.roll(e, -1, axis=0)
@@ -196,7 +196,7 @@ def _is_convex(p: Array, indices: Iterable[int]) -> bool:
 
 
 def _ears(p: Array) -> list[tuple[int, int, int]]:
-    """Triangles of a simple polygon p (n, 2), counter-clockwise, by cutting off its ears; numbers of corners."""
+    """Triangles of a simple polygon p (n, 2), counter-clockwise, by cutting off its ears, as numbers of corners."""
     remaining = list(range(len(p)))
     triangles = []
     while len(remaining) > 3:

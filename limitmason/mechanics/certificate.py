@@ -94,7 +94,7 @@ def kinematic_multiplier(
     uncrushed = joints.rigid  # points without crushing: only there g < 0 is a violation
 
     def bound_by(v: Array) -> _MotionBound:
-        """Bound that a motion gives; NaN where the live load does no work."""
+        """Bound that a motion gives, or NaN where the live load does no work."""
         live = float((loads.live * v).sum())
         exact, at_points, g = joints.power(v)
         if not live > 0:

@@ -202,7 +202,7 @@ def fitted(points: ContactPoints, rows: Index, samples: Array, weights: Array) -
 
 
 def _monomials(x: Array, degree: int) -> Array:
-    """All products of powers of coordinates up to a degree, shape (m, number of products); x of (m, 1) or (m, 2)."""
+    """All products of powers of coordinates up to a degree, (m, number of products), for x of (m, 1) or (m, 2)."""
     if x.shape[1] == 1:
         return np.asarray(x ** np.arange(degree + 1))
     return np.column_stack([x[:, 0] ** i * x[:, 1] ** j for i in range(degree + 1) for j in range(degree + 1 - i)])

@@ -27,7 +27,7 @@ BELOW_THE_APEX = 1e-12
 
 
 def tension_corner(tensile_strength: Array, cohesion: Array, tan_phi: Array) -> Array:
-    """Tension that a point can carry, t = min(ft, c / tan(phi)), shape (m,); ft where there is no friction.
+    """Tension that a point can carry, t = min(ft, c / tan(phi)), shape (m,), or ft where there is no friction.
 
     Parameters
     ----------

@@ -320,6 +320,6 @@ def page() -> str:
 
 
 def _remark(term: Term, cell: Cell) -> str:
-    """What a footnote of the page says of a term and what a theory makes of it; empty where there is nothing to say."""
+    """What a footnote of the page says of a term and what a theory makes of it, empty where there is nothing to say."""
     what = "tie" if term.name == TIES.name else "joint"
     return f"the {what} {term.words}, which {cell.why}; {cell.remedy}" if cell.how is Taken.REFUSED else cell.why

@@ -163,7 +163,7 @@ def lost_in_failure(assembly: Assembly, lengths: Array | None = None) -> tuple[s
 
 
 def _joint_loses(joint: Joint, length: float | None) -> str:
-    """What a joint loses where it fails, and over which energy; empty where it has nothing to lose.
+    """What a joint loses where it fails, and over which energy, empty where it has nothing to lose.
 
     Parameters
     ----------

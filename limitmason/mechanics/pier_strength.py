@@ -19,7 +19,7 @@ SHEAR_IN_UNITS = 2.3
 
 
 class WallForces(NamedTuple):
-    """Horizontal forces [N] of four formulas; the ``smallest`` governs and ``mode`` says which kind it is."""
+    """Horizontal forces [N] of four formulas, of which the smallest governs."""
 
     rocking: float
     sliding: float

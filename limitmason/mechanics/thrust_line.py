@@ -98,7 +98,7 @@ def _in_order(group: set[int], around: dict[int, list[Pair]], fixed: Flags) -> l
 
 
 def _line(joints: list[list[int]], forces: JointForces, x: AssemblyArrays) -> ThrustLine | None:
-    """Line of thrust through groups of joints; None with fewer than two groups that carry force.
+    """Line of thrust through groups of joints, or None with fewer than two groups that carry force.
 
     Parameters
     ----------

@@ -57,7 +57,7 @@ class Crossings(NamedTuple):
 
 
 def following(shapes: Shapes) -> Index:
-    """Number of the corner that follows every corner round its face, shape (q,); the side begins at the first."""
+    """Number of the corner that follows every corner round its face, shape (q,), where its side ends."""
     n = len(shapes.corner_face)
     out = np.arange(1, n + 1)
     first = np.flatnonzero(np.diff(shapes.corner_face, prepend=-1))
@@ -271,7 +271,7 @@ def looking(shapes: Shapes, pose: Pose, near: Near) -> Array:
 
 
 def edges_of(shapes: Shapes, c: PathContacts | Near) -> Index:
-    """One number for the edges of two blocks that cross, whichever faces meet there; -1 for corners, shape (m,)."""
+    """One number for the edges of two blocks that cross, whichever faces meet there, -1 for corners, shape (m,)."""
     crosses = is_crossing(shapes, c)
     if not crosses.any():
         return np.full(len(crosses), -1, np.intp)

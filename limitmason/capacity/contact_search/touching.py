@@ -224,7 +224,7 @@ def _single(old: Before, near: Near) -> Index:
 
 
 def outside(shapes: Shapes, c: PathContacts, pose: Pose) -> Array:
-    """How far the corners that are points lie outside the sides of their faces in a pose [m], (m,); 0 inside."""
+    """How far the corners that are points lie outside the sides of their faces in a pose [m], (m,), 0 inside."""
     inside = beside_faces(shapes, c, pose)
     return np.asarray(np.where(inside < np.inf, np.maximum(-inside, 0.0), 0.0))
 
