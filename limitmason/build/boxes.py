@@ -39,7 +39,7 @@ def subtract(box: Box, hole: Box) -> list[Box]:
 def _shared_area(a: Box, b: Box) -> float:
     """Area of the face that two boxes share [m2].
 
-    It is 0 if they do not touch over an area.
+    It is 0 if boxes ``a`` and ``b`` do not touch over an area.
     """
     sides, touching = [], 0
     # boxes that share a face overlap along two axes and touch along the third

@@ -207,7 +207,10 @@ def overlap_text(found: ContactPatches, blocks: Sequence[Block], widths: Array, 
 
 
 def loose_blocks(assembly: Blockwork) -> Index:
-    """Numbers of the blocks without a chain of contacts to one that is held."""
+    """Numbers of an assembly's blocks without a chain of contacts to one that is held.
+
+    A block counts as held where any of its degrees of freedom is.
+    """
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
 

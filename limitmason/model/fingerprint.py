@@ -260,7 +260,7 @@ def _rows(parts: Sequence[Table], width: int) -> Table:
 def _same(now: Table, was: Table) -> Flags:
     """Which entries of two tables of one shape are equal, but for rounding.
 
-    NaN equals NaN.
+    NaN equals NaN. Rounding is measured by the largest finite entry of ``now``, and not of ``was``.
     """
     # words and whole numbers
     if now.dtype.kind != "f" or was.dtype.kind != "f":

@@ -119,7 +119,13 @@ def read_prisms(
 
 
 def read_vector(name: str, value: Any) -> np.ndarray:
-    """Three finite numbers, or an error that names the argument."""
+    """Three finite numbers, shape (3,), or an error that names the argument.
+
+    Parameters
+    ----------
+    name : of the argument, for the message
+    value : as given
+    """
     try:
         vector = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
