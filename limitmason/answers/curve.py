@@ -153,7 +153,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
 
     @property
     def _sense(self) -> float:
-        """Sign of the load in the sense of the push; a curve pushed the other way has -1."""
+        """Sign of the load in the sense of the push, -1 for a curve pushed the other way."""
         return 1.0
 
     @property
@@ -174,9 +174,10 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         return self.point(int(falls[0])) if len(falls) else None
 
     def ultimate(self, share: float = _ULTIMATE) -> CurvePoint | None:
-        """Where the load has first fallen to a share of its peak, or None where it never does.
+        """Where the load has first fallen to a share of its peak.
 
-        The displacement is that on a straight line between two samples, the index that of the second.
+        It is None where it never does. The displacement is that on a straight line between two samples, the index that
+        of the second.
 
         Parameters
         ----------
@@ -214,7 +215,10 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         return (high - low) * top.load / (second - first)
 
     def _crossing(self, load: float, last: int) -> float:
-        """Displacement at which ``load`` is first reached, up to the sample ``last``, that of the peak."""
+        """Displacement at which ``load`` is first reached, up to the sample ``last``.
+
+        That sample is the peak.
+        """
         reached = np.flatnonzero(self._sense * (self.load[: last + 1] - load) >= 0.0)
         k = int(reached[0])
         if k == 0:
@@ -225,7 +229,10 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         return self._between(k, load)
 
     def _between(self, k: int, load: float) -> float:
-        """Displacement at which ``load`` is passed on a straight line between samples k - 1 and k."""
+        """Displacement at which ``load`` is passed between samples k - 1 and k.
+
+        The curve is a straight line between them.
+        """
         x, y = self.displacement[k - 1 : k + 1], self.load[k - 1 : k + 1]
         return float(x[0] + (load - y[0]) / (y[1] - y[0]) * (x[1] - x[0]))
 
@@ -259,7 +266,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         return np.concatenate([[0.0], np.cumsum(steps)])
 
     def at(self, displacement: ArrayLike) -> Array:
-        """Load at given displacements, interpolated on straight lines, NaN outside the curve.
+        """Load at given displacements, interpolated, NaN outside the curve.
 
         Parameters
         ----------

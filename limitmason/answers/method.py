@@ -124,11 +124,14 @@ class Method:
         return () if self.settings is None else tuple(f.name for f in fields(self.settings))
 
     def feels(self, lever: str, *, plane: bool = True) -> bool:
-        """Whether it feels and computes what a cause pulls at, one of ``LEVERS``, in plane or else in space."""
+        """Whether it feels and computes what a cause pulls at, one of ``LEVERS``.
+
+        ``plane`` says whether the problem is plane; in space a method may compute less.
+        """
         return lever in self.levers or (plane and lever in self.plane_levers)
 
     def one_of_many(self, options: Mapping[str, Any]) -> dict[str, Any]:
-        """Options of one run of a study or diagnosis: the cheap ones, unless others are given."""
+        """Options of one run of many: the cheap ones, unless others are given."""
         return {**self.cheap, **options}
 
     def row(self, assembly: Assembly, loads: Loads, options: Mapping[str, Any]) -> dict[str, Any]:

@@ -66,7 +66,10 @@ class Reference:
     note: str = ""
 
     def __post_init__(self) -> None:
-        """Check what BibTeX would stumble over, and take lists for tuples, as JSON has none."""
+        """Check what BibTeX would stumble over, and take lists for tuples.
+
+        JSON has no tuples.
+        """
         if not self.key or not all(c.isascii() and (c.isalnum() or c in "-_:") for c in self.key):
             raise InputError(f"the key of a reference is letters, digits, '-', '_' and ':', got {self.key!r}")
         choice(f"reference {self.key!r}: kind", self.kind, tuple(_HOUSE))
@@ -208,7 +211,10 @@ def data_by(find: Callable[[str], tuple[Cited, ...]]) -> None:
 
 
 def data_behind(recipe: Mapping[str, Any]) -> tuple[Cited, ...]:
-    """Papers of the data that an assembly was built from, empty where its recipe names no packaged source."""
+    """Papers of the data that an assembly was built from.
+
+    They are empty where its ``recipe`` names no packaged source.
+    """
     name = recipe.get("source")
     return _data[0](name) if _data and isinstance(name, str) else ()
 

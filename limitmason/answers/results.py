@@ -129,7 +129,10 @@ class Reaction(NamedTuple):
 
 
 def member_of(kind: type[StrEnum], text: str, field_: str) -> StrEnum:
-    """Member of the closed set ``kind`` by its words, or an error that names the field and lists them all."""
+    """Member of the closed set ``kind`` by its words.
+
+    Other words are an error that names the field and lists all of them.
+    """
     try:
         return kind(text)
     except ValueError:
@@ -141,9 +144,9 @@ NO_TILT = "no tilt angle because"
 
 
 def flags(moved: Mapping[str, Array], joints: Sequence[str], least: float) -> dict[str, float]:
-    """What every joint does: 1 for its largest movement, 0 for others, by "movement joint".
+    """What every joint does: 1 for its largest movement, 0 for others.
 
-    All are 0 for a joint that does not move by more than the least.
+    Names are "movement joint". All are 0 for a joint that does not move by more than the least.
 
     Parameters
     ----------
@@ -316,7 +319,7 @@ class Prediction(Displayed, Citable, ReadOnly):
 
     @property
     def quantities(self) -> dict[str, float]:
-        """What a test would write down, by name: the peak, what a curve shows, and the pattern.
+        """What a test would write down, by name: peak, curve and pattern.
 
         "peak" is the multiplier. The pattern, "opened J" and "slid J" of every joint J, is that of the mechanism, where
         structure and contact points are known. A method that tells what is left of the load gives that as "residual".
@@ -361,10 +364,7 @@ class Prediction(Displayed, Citable, ReadOnly):
 
     @property
     def answer(self) -> str:
-        """The number and its name.
-
-        "lambda = ...", or of a support that settles its reaction.
-        """
+        """The number and its name: the multiplier, or the reaction of a support."""
         if self.reaction is None:
             return f"lambda = {self.collapse_multiplier:.6g}"
         return "no reaction" if math.isnan(self.reaction.least) else f"least reaction {self.reaction.least:.6g} N"
@@ -388,7 +388,7 @@ class Prediction(Displayed, Citable, ReadOnly):
         return "\n".join(lines)
 
     def _certificate_rows(self) -> list[str]:
-        """The certificate in words, with the reaction of a support that gives way in place of multipliers."""
+        """The certificate in words, of a settlement with the reaction for multipliers."""
         rows = str(self.certificate).splitlines()
         if self.reaction is None or math.isnan(self.reaction.by_forces):
             return rows

@@ -39,7 +39,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Run the command of ``options`` and return its exit status, with one line for an error of input."""
+    """Run the command of ``options`` and return its exit status.
+
+    An error of input is told in one line.
+    """
     try:
         with task("limitmason"), warnings.catch_warnings():
             warnings.showwarning = _tell
@@ -67,5 +70,8 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _tell(message: Warning | str, category: type[Warning], *_place: Any, **_more: Any) -> None:
-    """A warning as a line of its own, without where in the code it arose, which helps nobody at a terminal."""
+    """A warning as a line of its own.
+
+    Where in the code it arose helps nobody at a terminal.
+    """
     say(f"warning: {message}" if issubclass(category, UserWarning) else f"{category.__name__}: {message}")

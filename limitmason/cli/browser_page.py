@@ -23,7 +23,10 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _serve(options: argparse.Namespace) -> int:
-    """Serve the page until it is interrupted, from the folder and at the port that were typed in ``options``."""
+    """Serve the page until it is interrupted.
+
+    The folder and the port are those of ``options``.
+    """
     from limitmason.app.server import Server
 
     with Server(options.folder, options.port) as server:

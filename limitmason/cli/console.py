@@ -35,7 +35,10 @@ def say(text: str) -> None:
 
 
 def lines() -> Callable[[str], None] | None:
-    """What takes the lines of a long run besides its bar, or None where nobody looks or asked for them."""
+    """What takes the lines of a long run besides its bar.
+
+    It is None where nobody looks or asked for them.
+    """
     return say if bars_are_drawn() else None
 
 
@@ -72,7 +75,7 @@ def write_figure(path: Path, figure: Any, *, dpi: int = 200) -> None:
 
 
 def say_what(title: str, assembly: Assembly, loads: Loads | None = None) -> None:
-    """Say what is analysed: its title, free blocks, interfaces and, if given, the loads."""
+    """Say what is analysed: title, free blocks, interfaces and, if given, loads."""
     under = "" if loads is None else f", {loads.name}"
     say(f"{title}: {int((~assembly.fixed).sum())} free blocks, {len(assembly.interfaces)} interfaces{under}")
 
@@ -158,9 +161,9 @@ _TILTS = {"x": "x", "left": "-x", "y": "y", "front": "-y"}  # a shell takes -x f
 
 
 def drawing_options(parser: argparse.ArgumentParser, *, tilt: bool = True) -> None:
-    """Add options for what a drawing does not hold: thickness, joints, weight, loads, supports.
+    """Add options for what a drawing does not hold.
 
-    An option is None unless it is typed.
+    That is thickness, joints, weight, loads and supports. An option is None unless it is typed.
 
     Parameters
     ----------
@@ -205,7 +208,10 @@ def length(text: str) -> float:
 
 
 def outline_settings(options: argparse.Namespace) -> dict[str, Any]:
-    """What was typed of :func:`outline_options`, without the thickness, for readers of drawings."""
+    """What was typed of :func:`outline_options`, without the thickness.
+
+    Readers of drawings take it as keywords.
+    """
     return {name: getattr(options, name) for name in ("scale", "gap", "mortar", "layers")}
 
 
@@ -319,7 +325,7 @@ def method_of(options: argparse.Namespace) -> str:
 
 
 def settings_of(options: argparse.Namespace) -> dict:
-    """Settings of the analysis that were typed in ``options``, as keywords of ``predict``.
+    """Settings of the analysis typed in ``options``, as keywords of ``predict``.
 
     Those that the method does not take are refused by name.
     """
@@ -336,14 +342,18 @@ def settings_of(options: argparse.Namespace) -> dict:
 
 
 def _flags(names: Iterable[str]) -> str:
-    """Options of an analysis as they are typed, without the flow rule, which has its own refusal."""
+    """Options of an analysis as they are typed, without the flow rule.
+
+    That has a refusal of its own.
+    """
     return ", ".join(f"--{n.replace('_', '-')}" for n in ANALYSIS if n in names and n != "flow_rule") or "none of these"
 
 
 def told(settings: dict, method: str) -> dict:
-    """Settings of one analysis that tells every stage of its search, where somebody looks.
+    """Settings of an analysis that tells every stage of its search.
 
-    Only the non-associative analysis searches, named as ``method`` or as a flow rule in the ``settings``.
+    It does so where somebody looks. Only the non-associative analysis searches, named as ``method`` or as a flow rule
+    in the ``settings``.
     """
     searching = NON_ASSOCIATIVE in (method, settings.get("flow_rule"))
     return settings | ({"progress": lambda trial: say(f"  {trial}")} if searching and lines() else {})

@@ -91,7 +91,10 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _diagnose(options: argparse.Namespace) -> int:
-    """Diagnose as typed in ``options``, with the traceback of an error of the user's own function."""
+    """Diagnose as typed in ``options``.
+
+    An error of the user's own function keeps its traceback.
+    """
     from limitmason.diagnosis.simulator import is_user_code
 
     try:
@@ -106,7 +109,7 @@ def _diagnose(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Diagnose what the options name, write the folder of results, and print the answer."""
+    """Diagnose what the options name, write the results, and print the answer."""
     if options.template:
         others = [name for name in vars(options) if name not in ("template", "model", "run", "debug", "progress")]
         console.refuse(options, others, "with --template, which writes a file and stops")
@@ -148,7 +151,9 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _in_short(record: Mapping[str, Any]) -> list[str]:
-    """A diagnosis in three lines at most: the verdict, what it rests on, what would settle it.
+    """A diagnosis in three lines at most.
+
+    They are the verdict, what it rests on, and what would settle it.
 
     Parameters
     ----------
@@ -162,7 +167,10 @@ def _in_short(record: Mapping[str, Any]) -> list[str]:
 
 
 def _of_folder(options: argparse.Namespace) -> dict[str, Any]:
-    """What the options say of the model of a folder, as keywords of ``Study.from_folder``."""
+    """What the options say of the model of a folder.
+
+    They are keywords of ``Study.from_folder``.
+    """
     useless = ("measured", "predicted", "group", "batches", "noise", "dof", "towards", "tilting", "spatial")
     console.refuse(options, (*useless, "method", *console.ANALYSIS), "with a folder, whose files say it")
     if options.model and ":" not in options.model:
@@ -179,7 +187,7 @@ def _of_folder(options: argparse.Namespace) -> dict[str, Any]:
 
 
 def _stated(options: argparse.Namespace, *more: str) -> dict[str, Any]:
-    """What the options say, as keywords of a study by the same names, and the measured inputs.
+    """Options as keywords of a study by the same names, and measured inputs.
 
     ``more`` are names besides those that a folder takes too.
     """
@@ -285,7 +293,10 @@ def load_object(text: str, what: str) -> Any:
 
 
 def _causes(text: str | None) -> list | None:
-    """Causes as typed: names between commas, or a list or function of the user's module."""
+    """Causes as typed in ``text``.
+
+    They are names between commas, or a list or function of the user's module.
+    """
     if not text:
         return None
     if ":" not in text:
@@ -303,7 +314,10 @@ def _causes(text: str | None) -> list | None:
 
 
 def _noise(text: str | None) -> float | str | None:
-    """Noise as typed: a number, with 4% for 0.04, or one of the two words that a study knows."""
+    """Noise as typed in ``text``: a number, or a word that a study knows.
+
+    4% is 0.04.
+    """
     if text in (None, "unknown", "replicates"):
         return text
     try:

@@ -48,7 +48,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _predict(options: argparse.Namespace) -> int:
-    """Print the predicted forces of a series of walls, or write them, as typed in ``options``."""
+    """Print or write the predicted forces of the walls typed in ``options``."""
     from limitmason.comparison.wall_ladder import predict_walls
     from limitmason.experiments import registry
     from limitmason.storage.csv_table import write_table
@@ -74,7 +74,10 @@ def _predict(options: argparse.Namespace) -> int:
 
 
 def _list(options: argparse.Namespace) -> int:
-    """Print the packaged experiments, or the specimens of the source typed in ``options``."""
+    """Print the packaged experiments, or the specimens of one source.
+
+    The source is typed in ``options``.
+    """
     for source in [options.source] if options.source else lm.experiments.sources():
         names = lm.experiments.specimens(source)
         case = lm.experiments.load(source, names[0])
@@ -103,7 +106,7 @@ def _show(options: argparse.Namespace) -> int:
 
 
 def _run(options: argparse.Namespace) -> int:
-    """Predict the specimens typed in ``options`` and print them beside what was measured."""
+    """Predict the specimens of ``options`` and print them beside measured values."""
     if options.all == bool(options.source):
         raise InputError("name a source, or give --all; see `limitmason experiments list`")
     settings = console.settings_of(options)
@@ -121,7 +124,10 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _cases(options: argparse.Namespace) -> Sequence:
-    """The experiments typed in ``options``: all with a model, those of a source, or some of its specimens."""
+    """The experiments typed in ``options``.
+
+    They are all with a model, those of a source, or some of its specimens.
+    """
     if options.all:
         return lm.experiments.all_cases(with_model=True)
     source, _, one = options.source.partition("/")

@@ -55,14 +55,20 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _predicted(options: argparse.Namespace, assembly: Assembly, loads: Loads) -> tuple[Prediction, int]:
-    """The prediction that the options ask for of an assembly under loads, printed, and the exit status."""
+    """The prediction that the options ask for, printed, and the exit status.
+
+    It is that of an assembly under loads.
+    """
     method = console.method_of(options)
     prediction = predict(assembly, loads, method, **console.told(console.settings_of(options), method))
     return prediction, console.report(prediction, assembly)
 
 
 def _solve(options: argparse.Namespace) -> int:
-    """Print the prediction of the target of ``options``, and write what was asked for of it."""
+    """Print the prediction of the target of ``options``.
+
+    What was asked for of it is written.
+    """
     assembly, loads, title, _ = console.read_target(options.target, options)
     console.say_what(title, assembly, loads)
     prediction, status = _predicted(options, assembly, loads)
@@ -113,7 +119,7 @@ def _view(options: argparse.Namespace) -> int:
 
 def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | None, title: str, *, view: str = "auto",
          dpi: int = 200) -> None:
-    """Draw an assembly, or the mechanism or forces of a prediction, to a file and say so.
+    """Draw an assembly, a mechanism or joint forces to a file and say so.
 
     Parameters
     ----------
@@ -142,7 +148,10 @@ def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | Non
 
 
 def _template(options: argparse.Namespace) -> int:
-    """Write a small model or drawing to the file typed in ``options``, and say how to go on."""
+    """Write a small model or drawing to the file typed in ``options``.
+
+    How to go on is told.
+    """
     lm.formats.write_model_template(options.file, of="arch" if options.arch else "wall")
     what = "a small wall; edit its outlines, joint and loads, then `limitmason solve`"
     if options.arch:

@@ -53,9 +53,9 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _push(options: argparse.Namespace) -> int:
-    """Drive the target of ``options`` along a path, print the curve, and write it if asked.
+    """Drive the target of ``options`` along a path and print its curve.
 
-    The exit status is 3 where the run did not get to its end.
+    It is written where that was asked for. The exit status is 3 where the run did not get to its end.
     """
     follow = get_method(options.method).drive
     if follow is None:
@@ -85,7 +85,10 @@ def _push(options: argparse.Namespace) -> int:
 
 
 def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, Loads, str]:
-    """The experiment, or None for a file, then assembly, loads and name of the target of ``options``."""
+    """Experiment, or None for a file, assembly, loads and name of the target.
+
+    The target is typed in ``options``.
+    """
     source, slash, specimen = options.target.partition("/")
     if slash and not Path(options.target).exists():
         console.refuse(options, console.DRAWING, "by an experiment, which holds its own")
@@ -99,7 +102,10 @@ def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, L
 
 
 def _chosen(texts: list[str]) -> dict[str, Any]:
-    """Options of an experiment by name, from ``texts`` written NAME=VALUE, numbers as numbers."""
+    """Options of an experiment by name, from ``texts`` written NAME=VALUE.
+
+    Numbers become numbers.
+    """
     out: dict[str, Any] = {}
     for text in texts:
         name, equals, value = text.partition("=")
@@ -113,7 +119,10 @@ def _chosen(texts: list[str]) -> dict[str, Any]:
 
 
 def _drive(options: argparse.Namespace, test: Experiment | None) -> Drive:
-    """What is driven: the block named in ``options``, or what the experiment ``test`` drives, where there is one."""
+    """What is driven: the block in ``options``, or what the experiment drives.
+
+    The experiment ``test`` is None for a file.
+    """
     if options.block is not None:
         if options.direction is None:
             raise InputError("--block needs --direction X Y Z")

@@ -92,7 +92,7 @@ def _stability(options: argparse.Namespace) -> int:
 
 
 def _axles(options: argparse.Namespace) -> int:
-    """Print the multiplier of the axles typed in ``options`` at every place of their train on an arch."""
+    """Print the multiplier of the axles of ``options`` at every place of their train."""
     assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
     if options.fill is not None:
@@ -106,9 +106,9 @@ def _axles(options: argparse.Namespace) -> int:
 
 
 def _region(options: argparse.Namespace) -> int:
-    """Print the set of multipliers of two or three loads that the target of ``options`` carries.
+    """Print the set of multipliers of two or three loads that a model carries.
 
-    The exit status is 3 where the set is not closed.
+    The model is the target of ``options``. The exit status is 3 where the set is not closed.
     """
     assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=options.live)
     dead = loads.scaled(live=0.0)
@@ -141,7 +141,10 @@ def _region(options: argparse.Namespace) -> int:
 
 
 def _assess(options: argparse.Namespace) -> int:
-    """Write an assessment of the target of ``options`` by the code: limit states, spectra and verifications."""
+    """Write an assessment of the target of ``options`` by the code.
+
+    It holds limit states, spectra and verifications.
+    """
     from limitmason.capacity.analysis import whole_pushover
     from limitmason.codes import FloorSpectrum, GroundSpectrum, assess
 

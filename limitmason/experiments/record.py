@@ -182,7 +182,7 @@ class Experiment:
 
     @property
     def buildable(self) -> bool:
-        """Whether an assembly can be built, from the sources or from what was inferred of them."""
+        """Whether an assembly can be built, of what sources say or what was inferred."""
         return self.recipe.assembly is not None and (self.has_model or bool(self.inferred))
 
     @property
@@ -193,7 +193,10 @@ class Experiment:
 
     @property
     def directions(self) -> tuple[str, ...]:
-        """Senses of the live load that the targets ask for, out of "+" and "-", "+" without targets."""
+        """Senses of the live load that the targets ask for, out of "+" and "-".
+
+        It is "+" without targets.
+        """
         return tuple(d for d in ("+", "-") if any(t.direction == d for t in self.targets)) or ("+",)
 
     def value(self, target: TargetValue) -> Quantity:

@@ -102,7 +102,10 @@ def recipe_of(source: str) -> Recipe:
 
 
 def _near(name: str, known: tuple[str, ...], most: int) -> str:
-    """Up to ``most`` known names that are spelt much like a wrong one, in words, or nothing."""
+    """Up to ``most`` known names that are spelt much like a wrong one, in words.
+
+    There may be none.
+    """
     near = get_close_matches(str(name), known, n=most, cutoff=0.3)
     return f"; near it: {', '.join(near)}" if near else ""
 

@@ -40,16 +40,20 @@ def tilted(series: str) -> bool:
 
 
 def overloaded(series: str, rows: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether the dead load of a series is more than the weight of its blocks, judged by its first row."""
+    """Whether the dead load of a series is more than the weight of its blocks.
+
+    Its first row is asked.
+    """
     test = registry.load(series, rows[0]["specimen"])
     wall = test.assembly()
     return not np.allclose(test.loads().dead, Loads.weight(wall).dead)
 
 
 def check_specimens(table: MeasuredTable, series: str, measured: str) -> tuple[float, str]:
-    """Factor from the unit of the column ``measured`` to that of predictions, and the latter.
+    """Factor from the unit of a measured column to that of predictions, and that.
 
-    Specimens and directions of the table that the series does not have are refused.
+    ``measured`` is the name of the column. Specimens and directions of the table that the series does not have are
+    refused.
     """
     check_names(table, series)
     table.column(measured, "the measured values")
@@ -71,7 +75,9 @@ def check_names(table: MeasuredTable, series: str) -> None:
 
 
 def series_notes(series: str, table: MeasuredTable, inputs: Iterable[str]) -> list[str]:
-    """What the models of a series assume, and what its sources leave open, one sentence each.
+    """What the models of a series assume, and what its sources leave open.
+
+    Each is one sentence.
 
     Parameters
     ----------
@@ -92,7 +98,9 @@ def series_notes(series: str, table: MeasuredTable, inputs: Iterable[str]) -> li
 
 
 def packaged_table(series: str) -> MeasuredTable:
-    """Measured values of a packaged series, one row per value, with what varies between specimens.
+    """Measured values of a packaged series, one row per value.
+
+    What varies between specimens stands beside them.
 
     Raises
     ------
@@ -177,7 +185,9 @@ def write_template(path: Path, model: str | None = None) -> None:
 
 
 def copy_template(name: str, path: Path) -> None:
-    """Copy the file ``name`` of the folder ``template``, whose example numbers are made up, to a path.
+    """Copy the file ``name`` of the folder ``template`` to a path.
+
+    Its example numbers are made up.
 
     Raises
     ------

@@ -105,7 +105,10 @@ def parse_table(text: str, name: str) -> TextTable:
 
 @cache
 def read_description(source: str) -> Mapping:
-    """Content of a source's ``source.json``: citation, licence, options, columns and more."""
+    """Content of a source's ``source.json``.
+
+    It holds citation, licence, caveats, options, columns and checksums.
+    """
     return json.loads((folder(source) / "source.json").read_text(encoding="utf-8"))
 
 

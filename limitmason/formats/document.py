@@ -104,7 +104,10 @@ class DocumentNode:
         return self.value
 
     def number(self) -> float:
-        """The value as a number; "Infinity", "-Infinity" and "NaN" are numbers too."""
+        """The value as a number.
+
+        "Infinity", "-Infinity" and "NaN" are numbers too.
+        """
         if isinstance(self.value, str) and self.value in _NOT_FINITE:
             return _NOT_FINITE[self.value]
         if isinstance(self.value, bool) or not isinstance(self.value, int | float):
@@ -160,7 +163,9 @@ class DocumentNode:
         return kind(self.text())
 
     def values(self, kind: type, **special: Callable[[DocumentNode], Any] | None) -> dict[str, Any]:
-        """Fields of a class by name, read by their types; what is missing or null is left out.
+        """Fields of a class by name, read by their types.
+
+        What is missing or null is left out.
 
         Parameters
         ----------
@@ -179,7 +184,9 @@ class DocumentNode:
         return out
 
     def make(self, maker: Callable[..., Any], *given: Any, **values: Any) -> Any:
-        """What a class or function makes of values; its refusal names file and key.
+        """What a class or function makes of values.
+
+        Its refusal names file and key.
 
         Parameters
         ----------
@@ -252,10 +259,10 @@ def read_document(path: str | Path, schema: str, version: int) -> DocumentNode:
 
 
 def write_document(path: str | Path, document: Mapping[str, Any]) -> None:
-    """Write plain data as JSON that a person can read and edit; numbers keep every bit.
+    """Write plain data as JSON that a person can read and edit.
 
-    Every key has a line of its own. So has every entry of a list of lists or objects, every key of an object that holds
-    such, and every row of a list of lists in it. All that is deeper stands in one line.
+    Numbers keep every bit. Every key has a line of its own. So has every entry of a list of lists or objects, every key
+    of an object that holds such, and every row of a list of lists in it. All that is deeper stands in one line.
 
     Parameters
     ----------
@@ -282,7 +289,10 @@ def _table(value: Any) -> str:
 
 
 def _broken(brackets: str, entries: Iterable[str], indent: str) -> str:
-    """Entries between two brackets, each on a line of its own, two spaces in from ``indent``, that of the last line."""
+    """Entries between two brackets, each on a line of its own.
+
+    They are two spaces in from ``indent``, that of the last line.
+    """
     return f"{brackets[0]}\n" + ",\n".join(f"{indent}  {entry}" for entry in entries) + f"\n{indent}{brackets[1]}"
 
 
@@ -291,10 +301,10 @@ def _one_line(value: Any) -> str:
 
 
 def plain(value: Any, where: str, *, strict: bool = True) -> Any:
-    """Data as JSON has it: text, numbers, flags, lists, and objects with texts as keys.
+    """Data as JSON has it.
 
-    Arrays, tuples and sets become lists, dataclasses objects, and numbers that are not finite "Infinity", "-Infinity"
-    and "NaN".
+    That is text, numbers, flags, lists, and objects with texts as keys. Arrays, tuples and sets become lists,
+    dataclasses objects, and numbers that are not finite "Infinity", "-Infinity" and "NaN".
 
     Parameters
     ----------
@@ -324,7 +334,10 @@ def plain(value: Any, where: str, *, strict: bool = True) -> Any:
 
 
 def restored(value: Any) -> Any:
-    """Plain data ``value`` with "Infinity", "-Infinity" and "NaN" as numbers again, as :func:`plain` had them."""
+    """Plain data ``value`` with its numbers that are not finite as such again.
+
+    :func:`plain` made them "Infinity", "-Infinity" and "NaN".
+    """
     if isinstance(value, str):
         return _NOT_FINITE.get(value, value)
     if isinstance(value, dict):

@@ -172,13 +172,18 @@ def _line(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) 
 
 
 def _flat(path: Any, metres: float, flatness: float, where: str) -> Array:
-    """Points x, z [m] of a path of ezdxf, shape (n, 2), with the other arguments as for :func:`_line`."""
+    """Points x, z of a path of ezdxf [m], shape (n, 2).
+
+    The other arguments are those of :func:`_line`.
+    """
     points = np.array([tuple(p) for p in path.flattening(max(flatness / metres, _LEAST_FLATNESS))])
     return _in_plane(points, where) * metres
 
 
 def _entities(space: Any, inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
-    """Entities that may show blocks, each with its layer; inserts are taken apart.
+    """Entities that may show blocks, each with its layer.
+
+    Inserts are taken apart.
 
     Parameters
     ----------
@@ -196,7 +201,10 @@ def _entities(space: Any, inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
 
 
 def _metres_per_unit(drawing: Any, path: str | Path) -> float:
-    """Metres per unit of a drawing of ezdxf, by its header; ``path`` names it in errors."""
+    """Metres per unit of a drawing of ezdxf, by its header.
+
+    ``path`` names it in errors.
+    """
     code = int(drawing.header.get("$INSUNITS", 0))
     if code not in _UNITS:
         raise InputError(
@@ -235,7 +243,9 @@ def _polyline(entity: Any, ezpath: Any, metres: float, flatness: float, where: s
 
 
 def _in_plane(points: Array, where: str) -> Array:
-    """Points x, y of a line, shape (n, 2), refused where it leaves the plane of the drawing.
+    """Points x, y of a line, shape (n, 2).
+
+    One that leaves the plane of the drawing is refused.
 
     Parameters
     ----------
@@ -250,9 +260,10 @@ def _in_plane(points: Array, where: str) -> Array:
 
 
 def _with_arcs(corners: Array, closed: bool, flatness: float) -> Array:
-    """Points x, y of a polyline whose arcs became chords of equal length, shape (m, 2).
+    """Points x, y of a polyline with chords for its arcs, shape (m, 2).
 
-    The library's own flattening goes through Bezier curves, which leave the arc by 3e-4 of its radius.
+    The chords of an arc are of equal length. The library's own flattening goes through Bezier curves, which leave the
+    arc by 3e-4 of its radius.
 
     Parameters
     ----------

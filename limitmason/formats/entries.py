@@ -23,7 +23,7 @@ _LOAD_KEYS = (
 
 
 def blocks_of(node: DocumentNode) -> dict[str, Any]:
-    """Arguments of ``Assembly.from_polyhedra`` that describe the blocks, from a document."""
+    """Arguments of ``Assembly.from_polyhedra`` for the blocks of a document ``node``."""
     solids, names, densities, axes = [], [], [], []
     default = node.get("density")
     for k, block in enumerate(node["blocks"]):
@@ -62,7 +62,10 @@ def joint_of(node: DocumentNode) -> Joint:
 
 
 def _terms(node: DocumentNode) -> tuple[JointTerm, ...]:
-    """Terms added to a joint law, from an entry with the numbers of each by its registered name."""
+    """Terms added to a joint law, from their entry ``node``.
+
+    It holds the numbers of each by its registered name.
+    """
     known, out = added_terms(), []
     for name, numbers in node.items():
         if name not in known:
@@ -73,7 +76,7 @@ def _terms(node: DocumentNode) -> tuple[JointTerm, ...]:
 
 
 def joint_table(node: DocumentNode) -> dict[Any, Joint]:
-    """Joint laws of a document, by kind of joint and by pair of block names."""
+    """Joint laws of a document ``node``, by kind of joint and by pair of block names."""
     table: dict[Any, Joint] = {}
     if "joints" in node:
         table |= {kind: joint_of(law) for kind, law in node["joints"].items()}
@@ -139,7 +142,10 @@ def support_of(node: DocumentNode) -> Support:
 
 
 def tie_of(node: DocumentNode) -> Tie:
-    """A tie from its entry, whose ``blocks`` and ``points`` are pairs; the second block is null for the ground."""
+    """A tie from its entry ``node``.
+
+    ``blocks`` and ``points`` are pairs. The second block is null for the ground.
+    """
     node.mapping(("blocks", "points", "name", *TIE_NUMBERS))
     blocks, points = list(node["blocks"]), list(node["points"])
     if len(blocks) != 2 or len(points) != 2:
@@ -157,7 +163,7 @@ def _face_of_block(node: DocumentNode) -> str | tuple[Any, ...]:
 
 
 def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
-    """Loads of a document: wrenches as they are given, or self weight with the actions named in it.
+    """Loads of a document: wrenches as given, or self weight with named actions.
 
     Parameters
     ----------

@@ -116,7 +116,10 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
 
 
 def _within(body: MeshBody, other: MeshBody) -> bool:
-    """Whether the box of a body lies in that of another: enough to tell in which one a hollow is."""
+    """Whether the box of a body lies in that of another.
+
+    That is enough to tell in which one a hollow is.
+    """
     low, high = other.corners.min(axis=0), other.corners.max(axis=0)
     return bool((body.corners >= low).all() and (body.corners <= high).all())
 
@@ -162,7 +165,10 @@ def _files(path: str | Path | Sequence[str | Path]) -> Iterator[tuple[str, str, 
 
 
 def _natural(path: Path) -> tuple[str, int, str]:
-    """Key by which files are sorted, by the number at the end of the name: stone-2 before stone-10."""
+    """Key by which files are sorted, by the number at the end of the name.
+
+    stone-2 is before stone-10.
+    """
     number = re.search(r"[0-9]*$", path.stem)
     digits = number[0] if number else ""
     return path.stem.removesuffix(digits), int(digits or 0), path.stem

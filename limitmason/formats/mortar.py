@@ -92,7 +92,9 @@ def grown(rings: Sequence[Array], names: Sequence[str], mortar: float, gap: floa
 
 
 def _bridged(whole: Any, stones: list[Any], reach: float, grid: float, shapely: Any) -> Any:
-    """The filled region with joints that it lacks between near stones, and with small pockets.
+    """The filled region with joints that it lacks, and with small pockets.
+
+    Lacking are joints between near stones.
 
     Parameters
     ----------
@@ -154,7 +156,10 @@ def _outlines(
 
 
 def _sides(piece: Array) -> _Sides:
-    """Normals and offsets of a convex part, corners x, z counter-clockwise [m], shape (k, 2)."""
+    """Normals and offsets of a convex part.
+
+    ``piece`` are its corners x, z counter-clockwise [m], shape (k, 2).
+    """
     along = np.roll(piece, -1, axis=0) - piece
     normal = np.column_stack([along[:, 1], -along[:, 0]]) / np.linalg.norm(along, axis=1)[:, None]
     return _Sides(normal, np.einsum("ij,ij->i", normal, piece))
@@ -187,12 +192,17 @@ def _nearer(a: list[_Sides], b: list[_Sides], bounds: tuple[float, ...], shapely
 
 
 def _areas(found: Any, shapely: Any) -> Any:
-    """What of a result of shapely has an area: lines and points in which outlines only touch are left out."""
+    """What of a result of shapely has an area.
+
+    Lines and points in which outlines only touch are left out.
+    """
     return shapely.union_all([p for p in shapely.get_parts(found) if p.geom_type == "Polygon"])
 
 
 def _within_half_planes(polygon: Array, normals: Array, offsets: Array) -> Array | None:
-    """Part of a convex polygon in which all n . x <= c, shape (m, 2), or None where nothing is left.
+    """Part of a convex polygon in which all n . x <= c, shape (m, 2).
+
+    It is None where nothing is left.
 
     Parameters
     ----------

@@ -157,7 +157,10 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
 
 
 def _rules(assembly: Assembly) -> dict[str, Any]:
-    """Rules of contact as an entry of the file, nothing where they say no more than the tolerance does."""
+    """Rules of contact as an entry of the file.
+
+    There is none where they say no more than the tolerance does.
+    """
     rules = assembly.contact_rules
     if rules == ContactRules(assembly.tolerance):
         return {}
@@ -268,7 +271,10 @@ def _check_units(node: DocumentNode) -> None:
 
 
 def _tolerances(node: DocumentNode) -> dict[str, Any]:
-    """Arguments of the constructors of ``Assembly`` that say which faces touch, from the document ``node``."""
+    """Arguments of constructors of ``Assembly`` that say which faces touch.
+
+    They are read from the document ``node``.
+    """
     rules, distance = node.get("contact_rules"), node.given("tolerance", DocumentNode.number, None)
     if rules is None:
         return {"tolerance": distance}
@@ -280,7 +286,10 @@ def _tolerances(node: DocumentNode) -> dict[str, Any]:
 
 
 def _simple(node: DocumentNode) -> Assembly:
-    """Assembly of a document that gives outlines or blocks and the laws of their joints."""
+    """Assembly of a document ``node`` that gives the laws of its joints.
+
+    It gives outlines or blocks.
+    """
     supports = [entries.support_of(s) for s in node.get("supports") or ()]
     # what is held in every direction is fixed, and held while contacts are found
     fixed = [f.block() for f in node.get("fixed") or ()] + [s.block for s in supports if all(s.held)]
@@ -312,7 +321,7 @@ def _recipe(node: DocumentNode) -> dict[str, Any]:
 
 
 def _stored(node: DocumentNode) -> Assembly:
-    """Assembly of a document that gives every interface with its law."""
+    """Assembly of a document ``node`` that gives every interface with its law."""
     for key in ("joints", "joints_between"):
         if key in node:
             raise node[key].error("does not go with 'interfaces', which assign the laws; remove one of the two")

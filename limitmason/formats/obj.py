@@ -146,7 +146,10 @@ def _parsed(path: str | Path) -> tuple[list[list[float]], list[_ObjFace]]:
 
 
 def _vertex(text: str, where: str) -> list[float]:
-    """Coordinates x, y, z of a vertex, from the ``text`` after its keyword; ``where`` names the line in errors."""
+    """Coordinates x, y, z of a vertex, from the ``text`` after its keyword.
+
+    ``where`` names the line in errors.
+    """
     words = text.split()
     try:
         numbers = [float(w) for w in words[:3]]
@@ -186,7 +189,9 @@ def _face(text: str, count: int, where: str) -> tuple[int, ...]:
 
 
 def _named(faces: list[_ObjFace], stem: str) -> Iterable[tuple[str, str, tuple[int, ...]]]:
-    """Block, piece and corners of every face; the piece is "" where the block has one.
+    """Block, piece and corners of every face.
+
+    The piece is "" where the block has one.
 
     Parameters
     ----------
@@ -215,7 +220,9 @@ def _named(faces: list[_ObjFace], stem: str) -> Iterable[tuple[str, str, tuple[i
 
 
 def _solid(points: Array, faces: list[tuple[int, ...]]) -> Solid:
-    """A solid with corners numbered on its own; those at exactly the same place become one.
+    """A solid with corners numbered on its own.
+
+    Those at exactly the same place become one.
 
     Parameters
     ----------

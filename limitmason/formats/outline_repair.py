@@ -200,13 +200,16 @@ def _checked(outline: ArrayLike, name: str, gap: float, shapely: Any) -> Array:
 
 
 def _merged(ring: Array, least: float) -> Array:
-    """Corners of an outline ``ring`` that are farther than the length ``least`` [m] from the one before."""
+    """Corners of an outline ``ring`` that are not nearly the one before.
+
+    They are farther from it than the length ``least`` [m].
+    """
     far = np.linalg.norm(ring - np.roll(ring, 1, axis=0), axis=1) > least
     return ring[far]
 
 
 def _repeats(rings: list[Array], shapely: Any) -> dict[int, int]:
-    """Numbers of the outlines that repeat an earlier one, each with the number of that.
+    """Numbers of the outlines that repeat an earlier one, and those of that.
 
     ``rings`` are all outlines [m], shape (n, 2) each, and ``shapely`` is the module.
     """
@@ -259,10 +262,10 @@ def _meet_corners(rings: list[Array], gap: float) -> None:
 
 
 def _meet_edges(rings: list[Array], start: list[Array], gap: float, shapely: Any) -> None:
-    """Corners go to the edges of other outlines that are within the gap, by half the way in each round.
+    """Corners go to the edges of other outlines that are within the gap.
 
-    An edge moves as its own corners do. Halves make the result independent of the order of the outlines. The last
-    round only takes up what is left of them.
+    Each round takes half the way. An edge moves as its own corners do. Halves make the result independent of the order
+    of the outlines. The last round only takes up what is left of them.
 
     Parameters
     ----------
@@ -314,7 +317,9 @@ def _meet_edges(rings: list[Array], start: list[Array], gap: float, shapely: Any
 def _contacts(
     rings: list[Array], names: list[str], gap: float, shapely: Any
 ) -> tuple[tuple[str, ...], tuple[tuple[str, str, float], ...]]:
-    """Names of the stones that touch no other, and pairs that lie in each other with their common area [m2].
+    """Names of stones that touch no other, and pairs that lie in each other.
+
+    A pair has its common area [m2].
 
     Parameters
     ----------

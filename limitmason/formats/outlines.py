@@ -155,9 +155,9 @@ class DrawnOutlines:
                 warnings.warn(f"{path}: layer {layer!r}: {count} hatches are {text}", PlausibilityWarning, stacklevel=4)
 
     def _enclosed(self, layer: str, gap: float, path: str | Path, must_close: Collection[str]) -> list[Array]:
-        """Loops of the open lines of a layer that repeat no closed outline [m], shape (n, 2) each.
+        """Loops of the open lines of a layer, unless they repeat a closed outline.
 
-        What encloses nothing is told in a warning.
+        They are corners [m], shape (n, 2) each. What encloses nothing is told in a warning.
 
         Parameters
         ----------

@@ -128,9 +128,9 @@ def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
 
 
 def _without_loose_layers(path: Path, given: dict[str, Any], drawn: Outlines, best: Proposal | None) -> Proposal | None:
-    """The proposal without layers of which no outline is held, if fewer blocks float then.
+    """The proposal without layers of which no outline is held.
 
-    A pipe in an opening is no stone.
+    It is taken if fewer blocks float then. A pipe in an opening is no stone.
 
     Parameters
     ----------
@@ -181,9 +181,9 @@ def _up(length: float) -> float:
 
 
 def _in_others(drawn: Outlines) -> list[str]:
-    """Layers that hold no stones: all that is drawn on them lies in outlines of others.
+    """Layers that hold no stones.
 
-    ``drawn`` are the outlines of all layers.
+    All that is drawn on them lies in outlines of others. ``drawn`` are the outlines of all layers.
     """
     shapely = need_shapely()
     stones = shapely.make_valid([shapely.Polygon(o) for o in drawn.outlines])

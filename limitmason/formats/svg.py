@@ -122,7 +122,10 @@ def _root(path: str | Path) -> ElementTree.Element:
 
 
 def _room(root: ElementTree.Element) -> tuple[float, float]:
-    """Width and height of the drawing ``root`` in its units, of which percentages are taken."""
+    """Width and height of the drawing ``root`` in its units.
+
+    Percentages are taken of them.
+    """
     size = re.findall(r"[^\s,]+", root.get("viewBox", ""))[2:] or [root.get("width", ""), root.get("height", "")]
     try:
         return float(size[0].removesuffix("px")), float(size[1].removesuffix("px"))
@@ -191,7 +194,10 @@ def _shapes(
 
 
 def _on_layers(shapes: list[_Shape], layers: str | Iterable[str] | None, path: str | Path) -> list[_Shape]:
-    """The shapes on the layers asked for, all for None; a layer that the drawing ``path`` lacks is an error."""
+    """The shapes on the layers asked for, all for None.
+
+    A layer that the drawing ``path`` lacks is an error.
+    """
     wanted = named_layers(layers)
     check_layers(wanted, [s.layer for s in shapes], path)
     return [s for s in shapes if wanted is None or s.layer.casefold() in wanted]
@@ -216,9 +222,10 @@ def _lines(shape: _Shape, flatness: float) -> Iterator[Line]:
 
 
 def _within(point: Array, outline: Array) -> bool:
-    """Whether a point lies in an outline: a ray from it to +x crosses an odd number of sides.
+    """Whether a point lies in an outline.
 
-    ``point`` is x, y and ``outline`` the corners, shape (n, 2).
+    A ray from it to +x then crosses an odd number of sides. ``point`` is x, y and ``outline`` the
+    corners, shape (n, 2).
     """
     x, y = point
     after = np.roll(outline, -1, axis=0)
@@ -229,9 +236,9 @@ def _within(point: Array, outline: Array) -> bool:
 
 
 def _size_text(root: ElementTree.Element, shapes: list[_Shape]) -> str:
-    """What is known of the size of a drawing, in words, so that its reader can tell the scale.
+    """What is known of the size of a drawing, in words.
 
-    ``root`` is its outermost element, ``shapes`` what is drawn in it.
+    Its reader can tell the scale from that. ``root`` is its outermost element, ``shapes`` what is drawn in it.
     """
     # chords within a unit are near enough for a size that is only shown
     drawn = [line.points for shape in shapes for line in _lines(shape, 1.0)]

@@ -115,7 +115,7 @@ def matrix_of(text: str, where: str) -> Array:
 def viewport(
     element: ElementTree.Element, placed: ElementTree.Element, room: tuple[float, float], where: str
 ) -> tuple[Array, tuple[float, float]]:
-    """Matrix of a drawing within a drawing, shape (3, 3), and the size of the inner one.
+    """Matrix of a drawing within a drawing, shape (3, 3), and the inner size.
 
     The matrix takes columns (x, y, 1) of the inner drawing to the outer one. The size is width and height in units of
     the inner drawing.
@@ -135,7 +135,10 @@ def viewport(
     """
 
     def length(name: str, whole: float, default: str) -> float:
-        """An attribute of ``placed`` in units of the outer drawing; percentages are of the length ``whole``."""
+        """An attribute of ``placed`` in units of the outer drawing.
+
+        Percentages are of the length ``whole``.
+        """
         text = placed.get(name, default).strip()
         unit = 0.01 * whole if text.endswith("%") else 1.0
         return unit * numbers_of(text.removesuffix("%"), where)[0]
@@ -266,10 +269,10 @@ def _segments(data: str, where: str) -> Any:
 
 
 def _chords(segment: Any, flatness: float) -> int:
-    """Number of chords, equal steps of the parameter, that keep to a curve within the flatness.
+    """Number of chords that keep to a curve within the flatness.
 
-    A chord that turns by t leaves an arc of radius r by r (1 - cos(t / 2)).
-    A chord over 1/n of a Bezier curve B is off by at most max |B''| / (8 n^2). With k + 1 handles, |B''| is at most
+    They are equal steps of its parameter. A chord that turns by t leaves an arc of radius r by r (1 - cos(t / 2)). A
+    chord over 1/n of a Bezier curve B is off by at most max |B''| / (8 n^2). With k + 1 handles, |B''| is at most
     k (k - 1) times their largest second difference.
 
     Parameters

@@ -96,7 +96,7 @@ def write_vtu(
 
 
 def _blocks(assembly: Assembly, twists: Array | None, amplitude: float | None) -> _Piece:
-    """Grid, cell data and point data of the blocks, with velocities and a drawn mechanism.
+    """Grid, cell data and point data of the blocks with a drawn mechanism.
 
     Parameters
     ----------
@@ -216,7 +216,10 @@ def _write(
 
 
 def _array(name: str, values: Array, encoding: str) -> str:
-    """An array of ``values``, shape (n,) or (n, k), as a VTU element; ``encoding`` is "base64" or "ascii"."""
+    """An array as a VTU element called ``name``.
+
+    ``values`` are of shape (n,) or (n, k), ``encoding`` is "base64" or "ascii".
+    """
     kind = "u1" if values.dtype == np.uint8 else "i8" if values.dtype.kind in "iu" else "f8"
     data = np.ascontiguousarray(values, dtype=f"<{kind}" if kind != "u1" else kind)
     if encoding == "ascii":

@@ -42,7 +42,10 @@ class Parsed(NamedTuple):
 
 
 def _cell(value: Any) -> str:
-    """A cell as it is written, quoted where a reader would take a part of it for something else."""
+    """A cell as it is written.
+
+    It is quoted where a reader would take a part of it for something else.
+    """
     text = "" if value is None else str(value)
     # a reader that skips comments would cut an unquoted cell at the sign
     return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n\r#') else text
@@ -80,15 +83,19 @@ def write_table(path: str | Path, units: Mapping[str, str], rows: Iterable[Seque
 
 
 def separator(line: str) -> str:
-    """What parts the cells of a line: a semicolon or tab outside quotes, else the comma."""
+    """What parts the cells of a line.
+
+    It is a semicolon or tab outside quotes, else the comma.
+    """
     plain = re.sub('"[^"]*"', "", line)
     return next((mark for mark in ";\t" if mark in plain), ",")
 
 
 def split(record: Iterable[str], between: str) -> list[str]:
-    """Cells of a record, with points for decimal commas where commas do not part the cells.
+    """Cells of a record, with points for decimal commas.
 
-    ``record`` are the lines of one row, ``between`` is the sign that parts its cells.
+    A comma is one where it does not part the cells. ``record`` are the lines of one row, ``between`` is the sign that
+    parts its cells.
     """
     cells = [c.strip() for c in next(csv.reader(record, delimiter=between), [])]
     return cells if between == "," else [_DECIMAL.sub(r"\1.\2", c) for c in cells]
@@ -144,7 +151,9 @@ class Tabular(ABC):
         """Columns with their units ("-" for pure numbers and words), and the rows."""
 
     def to_dataframe(self) -> Any:
-        """The table as a ``pandas.DataFrame``, whose ``attrs["units"]`` are those of its columns.
+        """The table as a ``pandas.DataFrame``.
+
+        Its ``attrs["units"]`` are those of the columns.
 
         Raises
         ------

@@ -55,10 +55,10 @@ def named_path(path: object) -> Path:
 
 @contextmanager
 def written_whole(path: str | Path, mode: str = "w", *, newline: str | None = None) -> Iterator[IO[Any]]:
-    """A file that takes the place of ``path`` when all of it is written; its folder is made.
+    """A file that takes the place of ``path`` when all of it is written.
 
-    Writes go to a file of a name of its own beside it. An error, a full disk, a kill or another process that writes the
-    same file leave the old one, or one whole new one.
+    Its folder is made. Writes go to a file of a name of its own beside it. An error, a full disk, a kill or another
+    process that writes the same file leave the old one, or one whole new one.
 
     Parameters
     ----------
@@ -132,9 +132,9 @@ def write_text(path: str | Path, text: str, *, newline: str | None = None) -> Pa
 
 
 def save_figure(figure: Any, path: str | Path, *, dpi: float = 200) -> None:
-    """Write a figure of matplotlib whole or not at all, in the format of the ending of its name.
+    """Write a figure of matplotlib whole or not at all.
 
-    ``dpi`` are dots per inch, for formats that have dots.
+    The format is that of the ending of its name. ``dpi`` are dots per inch, for formats that have dots.
     """
     with written_whole(path, "wb") as file:
         figure.savefig(file, format=Path(path).suffix[1:].lower() or "png", dpi=dpi)
@@ -242,7 +242,10 @@ class Archive(dict[str, Any]):
         )
 
     def group(self, name: str, mark: str = ".") -> Archive:
-        """Arrays whose names begin with that of a group and a mark, by what follows in their names."""
+        """Arrays whose names begin with that of a group and a mark.
+
+        They are called by what follows.
+        """
         begin = f"{name}{mark}"
         return Archive(self.path, {k.removeprefix(begin): v for k, v in self.items() if k.startswith(begin)})
 

@@ -56,7 +56,10 @@ class ReadOnly:
     """A frozen dataclass whose arrays are read-only, when made, copied and unpickled."""
 
     def __init_subclass__(cls, **options: Any) -> None:
-        """Freeze after the check of a class that has one of its own, which would else replace ours."""
+        """Freeze after the check of a class that has one of its own.
+
+        It would else replace the one here.
+        """
         super().__init_subclass__(**options)
         check: Callable[..., None] | None = cls.__dict__.get("__post_init__")
         if check is not None:
@@ -72,7 +75,10 @@ class ReadOnly:
 
 
 def _then_frozen(check: Callable[..., None]) -> Callable[..., None]:
-    """The check of a dataclass, its ``__post_init__``, followed by the freezing of its arrays."""
+    """The check of a dataclass, followed by the freezing of its arrays.
+
+    The check is its ``__post_init__``.
+    """
 
     @wraps(check)
     def both(self: Any, *given: Any) -> None:

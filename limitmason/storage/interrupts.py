@@ -14,7 +14,7 @@ def ends_early() -> None:
 
 @contextmanager
 def handed_on() -> Iterator[None]:
-    """Hand an interrupt that ended a run of this block early on to what called the block.
+    """Hand an interrupt that ended a run of this block early on to its caller.
 
     A run that is interrupted returns what it has. What keeps results must not take that for the whole run.
 

@@ -230,7 +230,10 @@ def _column(path: str, name: str, unit: str, lines: Sequence[int], cells: Sequen
 
 
 def _number(cell: str) -> float | None:
-    """A cell as a number, or None where it is none; "nan" is one, as blank cells become it."""
+    """A cell as a number, or None where it is none.
+
+    "nan" is one, as blank cells become it.
+    """
     try:
         value = float(cell)
     except ValueError:

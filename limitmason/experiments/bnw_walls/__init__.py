@@ -116,7 +116,7 @@ def _completed(chosen: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def unit_material(test: Experiment) -> Material:
-    """Material of the units of a wall that deform: Mohr-Coulomb with a uniaxial strength fc.
+    """Mohr-Coulomb material of the units that deform, of the wall of a ``test``.
 
     The cohesion is c = fc / (2 tan(45 + phi / 2)). fc is that of the masonry where no option says otherwise.
 
@@ -139,7 +139,7 @@ def unit_material(test: Experiment) -> Material:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wall of an experiment on its foundation slab under a thin beam."""
+    """The wall of a ``test`` on its foundation slab under a thin beam."""
     options, given = test.options, test.parameters
     deform = options["young_modulus"] is not None
     # rigid units cannot crush themselves: their joints do
@@ -179,9 +179,9 @@ def drive(test: Experiment) -> Drive:
 
 
 def curve(test: Experiment) -> Curve:
-    """The database's bilinear idealisation of the measured envelope of a wall, positive sense.
+    """Bilinear idealisation of the measured envelope of a ``test``, positive sense.
 
-    The displacement is in [mm], the load in [kN].
+    It is that of the database. The displacement is in [mm], the load in [kN].
     """
     measured, height = test.measured, 1e3 * float(test.parameters["height"])  # [mm]
     force = float(measured["bilinear force+"])
@@ -194,7 +194,7 @@ def curve(test: Experiment) -> Curve:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Vertical force dead at the beam's centroid, and 1 kN sideways live at the height H0.
+    """Vertical force dead at the beam's centroid, 1 kN sideways live at H0.
 
     Parameters
     ----------

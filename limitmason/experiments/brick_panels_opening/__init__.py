@@ -100,7 +100,10 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The panel of an experiment on the outline chosen, with the joints of the run or of Table 4."""
+    """The panel of a ``test`` on the outline chosen.
+
+    Its joints are those of the run or of Table 4.
+    """
     options = test.options
     brick = Material(
         young_modulus=options["young_modulus"], poisson_ratio=options["poisson_ratio"], density=options["density"],
@@ -114,11 +117,14 @@ def assembly(test: Experiment) -> Assembly:
 
 
 def joint(test: Experiment) -> Joint:
-    """Mortar joint of a panel or run, by its options, else by the values of its source."""
+    """Mortar joint of a ``test``, by its options, else by the values of its source."""
     options, given = test.options, test.parameters
 
     def value(option: str, name: str, unit: float) -> float:
-        """An option in SI units, or the parameter of that name, whose unit measures ``unit`` in SI."""
+        """An option in SI units, or the parameter called ``name``.
+
+        ``unit`` is the unit of the parameter in SI.
+        """
         return float(options[option]) if options[option] is not None else unit * float(given[name])
 
     return Joint(
@@ -132,9 +138,10 @@ def joint(test: Experiment) -> Joint:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Own weight of the wall, and 1 kN downwards on the spreader: the multiplier is the load in kN.
+    """Own weight of the wall dead, 1 kN downwards on the spreader live.
 
-    ``sense`` -1 turns the live load upwards. ``test`` is not needed: all specimens are loaded alike.
+    The multiplier is the load in kN. ``sense`` -1 turns the live load upwards. ``test`` is not needed: all specimens
+    are loaded alike.
     """
     del test
     return Loads.weight(wall).with_point_load(wall, "spreader", (0.0, 0.0, -1e3 * sense))
@@ -147,9 +154,9 @@ def drive(test: Experiment) -> Drive:
 
 
 def curve(test: Experiment) -> Curve:
-    """Published points of a UDEC run, from own weight on: first crack and failure.
+    """Published points of a ``test`` by UDEC, from own weight on.
 
-    The displacement is in [mm], the load in [kN].
+    They are first crack and failure. The displacement is in [mm], the load in [kN].
 
     Raises
     ------

@@ -100,7 +100,7 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def rows_of(specimen: str) -> list[str]:
-    """Courses of a specimen from the bottom, each as the lengths of its units in a text.
+    """Courses of a specimen from the bottom, each as lengths of units in a text.
 
     A length is in block lengths, negative for an opening.
     """
@@ -109,7 +109,7 @@ def rows_of(specimen: str) -> list[str]:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wall of an experiment on its ground slab."""
+    """The wall of a ``test`` on its ground slab."""
     options = test.options
     joint = Joint.from_friction_coefficient(
         options["friction"], dilatancy_angle_deg=options["dilatancy_deg"], name="dry joint"
@@ -125,7 +125,10 @@ def assembly(test: Experiment) -> Assembly:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Weight of the wall dead, the same weight sideways live, along x or by ``sense`` -1 against it."""
+    """Weight of the wall dead, the same weight sideways live.
+
+    It is along x, or against it for a ``sense`` of -1.
+    """
     return Loads.horizontal(wall, direction=(sense, 0.0, 0.0))
 
 

@@ -92,7 +92,7 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wallette of an experiment upright in the x-z plane, span along x, 0 < y < t.
+    """The wallette of a ``test`` upright in the x-z plane, span along x, 0 < y < t.
 
     Two bars support it at y = 0 and are fixed, two load it at y = t.
     """
@@ -174,13 +174,18 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
 
 
 def thickness_of(test: Experiment) -> float:
-    """Thickness of the blocks of an experiment [m], scaled with them where its options say so."""
+    """Thickness of the blocks of a ``test`` [m].
+
+    It is scaled with them where the options say so.
+    """
     scale = test.options["block_scale"] if test.options["scale_thickness"] else 1.0
     return scale * float(test.parameters["block thickness"]) / 1e3
 
 
 def line_load(test: Experiment, stress: float) -> float:
-    """Force of one of the two line loads [N] at a flexural stress 6 M / (b t^2) between them.
+    """Force of one of the two line loads at a flexural stress between them [N].
+
+    The stress is 6 M / (b t^2).
 
     Parameters
     ----------

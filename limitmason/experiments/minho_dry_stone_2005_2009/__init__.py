@@ -124,7 +124,7 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wall of an experiment on its ground slab under the loading beam."""
+    """The wall of a ``test`` on its ground slab under the loading beam."""
     options, given = test.options, test.parameters
     crushing = {"compressive_strength": float(given["masonry strength fc"]) * 1e6} if options["crushing"] else {}
     joint = Joint.from_friction_coefficient(

@@ -140,13 +140,16 @@ def units_per_course(row: Any) -> tuple[float, str]:
 
 
 def value(test: Experiment, name: str) -> float:
-    """An input of an experiment by name, in the unit of the table: as chosen, or the median."""
+    """An input of a ``test`` by name, as chosen, or the median.
+
+    Its unit is that of the table.
+    """
     given = test.options[name]
     return inputs_of(test.row)[name].value if given is None else float(given)
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wall of an experiment on its slab under the rigid beam."""
+    """The wall of a ``test`` on its slab under the rigid beam."""
     options, row = test.options, test.row
     if value(test, "sigma0") >= value(test, "fc"):
         raise InputError(f"{test.name}: the load sigma0 = {value(test, 'sigma0'):g} MPa is above fc = "
@@ -171,7 +174,7 @@ def assembly(test: Experiment) -> Assembly:
 
 
 def elastic(test: Experiment, joint: Joint, spacing: float, kind: str) -> Joint:
-    """The joint with stiffness and fracture energies, where options of an experiment ask for them.
+    """The joint with stiffness and fracture energies, where options ask for them.
 
     The blocks are rigid, so that joints deform for them: kn = E / spacing, ks = 2 G / spacing. Bed joints and vertical
     planes each give half of the shear of a wall.
@@ -216,7 +219,7 @@ def head_joint(test: Experiment) -> Joint:
 
 
 def crack_joint(test: Experiment) -> Joint:
-    """Law of a crack across a unit of an experiment.
+    """Law of a crack across a unit of a ``test``.
 
     "unit strength": 45 degrees, c = 0.06 fb, tension 0.03 fb.
 
@@ -241,7 +244,7 @@ def crack_joint(test: Experiment) -> Joint:
 
 
 def _mortar(test: Experiment, share: float, friction: float) -> Joint:
-    """Joint of mortar of an experiment, dry without any share of the cohesion.
+    """Joint of mortar of a ``test``, dry without any share of the cohesion.
 
     ``share`` is that of the cohesion fv0 [-], ``friction`` the factor of the friction coefficient mu [-].
     """
@@ -255,7 +258,7 @@ def _mortar(test: Experiment, share: float, friction: float) -> Joint:
 
 
 def shear_span(test: Experiment) -> float:
-    """Height of zero moment over that of the wall of an experiment [-], as chosen or tested."""
+    """Height of zero moment over that of the wall of a ``test`` [-]."""
     given = test.options["shear_span"]
     return float(test.row["H0_over_H"] if given is None else given)
 
@@ -301,7 +304,9 @@ def drive(test: Experiment) -> Drive:
 
 
 def curve(test: Experiment) -> Curve:
-    """Measured envelope of an experiment in the positive sense, thinned, drift [%] and force [kN].
+    """Measured envelope of a ``test`` in the positive sense, thinned.
+
+    The displacement is the drift [%], the load in [kN].
 
     Raises
     ------

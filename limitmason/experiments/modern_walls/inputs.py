@@ -97,7 +97,10 @@ def inputs_of(row: Mapping[str, str]) -> dict[str, Input]:
 
 
 def complete(row: Mapping[str, str]) -> bool:
-    """Whether a row of walls.csv has all that a prediction needs, with nothing assumed."""
+    """Whether a row of walls.csv has all that a prediction needs.
+
+    Then nothing is assumed.
+    """
     return all(row[c] for c in ("fv0", "mu", "fc", "sigma0", "lb", "hb")) and has_shear_span(row)
 
 
@@ -127,12 +130,15 @@ _COLUMNS = {"fv0": "fv0", "mu": "mu", "fc": "fc", "fb": "fb_norm", "ft": "ft", "
 
 
 def _input(name: str, value: float, kind: str) -> Input:
-    """An input of a kind with the spread that was judged for it; ``value`` is in the unit of the table."""
+    """An input of a kind with the spread that was judged for it.
+
+    ``value`` is in the unit of the table.
+    """
     return Input(value, "-" if name == "mu" else "MPa", kind, SPREAD[name, kind])
 
 
 def _strength(row: Mapping[str, str], given: Mapping[str, float]) -> Input:
-    """Compressive strength of the masonry [MPa]: printed, or by the power law of a code.
+    """Compressive strength of the masonry [MPa], printed or by a code's power law.
 
     Parameters
     ----------

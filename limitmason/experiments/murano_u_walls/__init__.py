@@ -80,7 +80,7 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wall of an experiment on a slab, its facade along x with the outer face at y = 0.
+    """The wall of a ``test`` on a slab, its facade along x, outer face at y = 0.
 
     The side walls run towards +y.
     """
@@ -137,7 +137,10 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
 
 
 def roofs(test: Experiment) -> list[Corners]:
-    """Corners x, y, z of the patches on the two side walls of an experiment that carry the roof [m]."""
+    """Corners of the patches that carry the roof of a ``test``, x, y, z [m].
+
+    There is one on each side wall.
+    """
     span, depth, height = _sizes(test)
     start, end = float(test.options["roof_from"]), float(test.options["return_length"])
     return [
@@ -147,7 +150,7 @@ def roofs(test: Experiment) -> list[Corners]:
 
 
 def airbag(test: Experiment) -> Corners:
-    """Corners x, y, z of the airbag on the rear of the facade of an experiment [m], up to its top."""
+    """Corners of the airbag on the rear of the facade of a ``test``, x, y, z [m]."""
     span, depth, height = _sizes(test)
     left = 0.5 * (span - float(test.parameters["airbag width"]))
     right, low = span - left, height - float(test.parameters["airbag height"])

@@ -36,10 +36,10 @@ def specimen(
     *, facade_units: float, courses: int, return_walls: int = 2, return_units: float = 3.0, corner: str = "half lap",
     first_through: str = "facade", sense: str = "outward", dilatancy_angle_deg: float = 0.0, block_scale: float = 1.0,
 ) -> tuple[Assembly, Loads]:
-    """A dry wall of 80 x 40 x 28 mm blocks held by one or two return walls, and its loads.
+    """A dry wall held by one or two return walls, and its loads.
 
-    They are those of a tilting table: the weight of every block, and the same weight across the facade as live load.
-    lambda = tan(alpha) of the table.
+    The blocks are 80 x 40 x 28 mm. They are those of a tilting table: the weight of every block, and the same weight
+    across the facade as live load. lambda = tan(alpha) of the table.
 
     Parameters
     ----------

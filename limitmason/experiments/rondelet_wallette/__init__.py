@@ -63,7 +63,7 @@ def load(specimen: str, **options: Any) -> Experiment:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wallette of an experiment from x = 0, its column to the left.
+    """The wallette of a ``test`` from x = 0, its column to the left.
 
     The bottom course is held, and so is the column, which may turn where the options say so.
     """
@@ -91,7 +91,10 @@ def assembly(test: Experiment) -> Assembly:
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
-    """Weight of the wall dead, the same weight out of plane live, along y or by ``sense`` -1 against it."""
+    """Weight of the wall dead, the same weight out of plane live.
+
+    It is along y, or against it for a ``sense`` of -1.
+    """
     return Loads.horizontal(wall, direction=(0.0, sense, 0.0))
 
 

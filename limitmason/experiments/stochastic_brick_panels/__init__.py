@@ -42,7 +42,10 @@ class RandomProperty(NamedTuple):
 
 
 def properties() -> dict[str, RandomProperty]:
-    """Distributions of Table 2 by the name of the property; that of the density does not vary."""
+    """Distributions of Table 2 by the name of the property.
+
+    The density is among them and does not vary.
+    """
     rows = read_table(NAME, "properties.csv").rows
     # decimal: 5.8 / 100 in binary is not the double 0.058, and one bit of a draw is a run of its own
     return {r["property"]: RandomProperty(float(r["mean"]), r["unit"], float(Decimal(r["cov"]) / 100)) for r in rows}
@@ -72,7 +75,9 @@ def specimens() -> tuple[str, ...]:
 
 
 def load(specimen: str, **options: Any) -> Experiment:
-    """Mean and variation of the ultimate load of one set, Table 4, without an assembly.
+    """Mean and variation of the ultimate load of one set, Table 4.
+
+    There is no assembly.
 
     Parameters
     ----------
