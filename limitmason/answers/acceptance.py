@@ -23,6 +23,10 @@ CELL_GAP = 5e-3
 """Gap that the cells of cohesive faces may leave in an accepted answer [-]; chosen."""
 
 
+LABEL_WIDTH = 33
+"""Characters before the figures of a certificate as text."""
+
+
 @dataclass(frozen=True)
 class Certificate:
     """How well a prediction satisfies its own theory.
@@ -138,8 +142,8 @@ class Certificate:
             rows.append(("part of the gap from cells of faces", self.discretisation))
         if np.isfinite(self.force_cap):
             rows.append(("bound holds up to force / weight", self.force_cap))
+        known = [(label, value) for label, value in rows if not np.isnan(value)]
         return "\n".join(
-            f"{label + ' ':<33}{value:.8f}" if "multiplier" in label else f"{label + ' ':<33}{value:.2e}"
-            for label, value in rows
-            if not np.isnan(value)
+            f"{label + ' ':<{LABEL_WIDTH}}{format(value, '.8f' if 'multiplier' in label else '.2e')}"
+            for label, value in known
         )

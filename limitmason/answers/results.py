@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from limitmason.answers.acceptance import Certificate
+from limitmason.answers.acceptance import LABEL_WIDTH, Certificate
 from limitmason.answers.curve import Curve
 from limitmason.answers.references import Citable, Cited
 from limitmason.arrays import Array, Index
@@ -373,6 +373,7 @@ class Prediction(Displayed, Citable, ReadOnly):
         """Multiplier, what it is, and its certificate."""
         lines = [f"{self.method}: {self.answer} ({self.status}; {self.bound})"]
         if self.interval is not None:
+            # what was changed, by how much that changed the answer, and how finely that is known
             parts = [
                 f"{name} {100 * row['change']:+.1f} % (resolved to {100 * row['resolution']:.1g} %)"
                 if np.isfinite(row["change"])
@@ -392,6 +393,6 @@ class Prediction(Displayed, Citable, ReadOnly):
         rows = str(self.certificate).splitlines()
         if self.reaction is None or math.isnan(self.reaction.by_forces):
             return rows
-        _, low, high, _ = self.reaction
-        own = [f"{'reaction by the mechanism':<33}{low:.8g} N", f"{'reaction by the forces':<33}{high:.8g} N"]
+        ends = {"mechanism": self.reaction.by_mechanism, "forces": self.reaction.by_forces}
+        own = [f"{f'reaction by the {name}':<{LABEL_WIDTH}}{value:.8g} N" for name, value in ends.items()]
         return [r for r in rows if " multiplier" not in r] + own

@@ -20,6 +20,7 @@ from limitmason.experiments.modern_walls.inputs import complete, has_shear_span,
 from limitmason.experiments.recipe import Recipe
 from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
 from limitmason.experiments.tables import names_in, read_description, read_options, read_shown, read_source, read_table
+from limitmason.mechanics.pier_strength import SLENDEREST
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -35,6 +36,8 @@ FILLED = ("F", "TF")  # marks of head joints with mortar in the table
 HELD = 0.5  # height of zero moment over that of a wall whose two ends are held against rotation
 CANTILEVER = 1.0  # height of zero moment over that of a wall that is free to turn at its top
 _CRACK_FRICTION = 30.0  # friction angle of a crack by the diagonal strength [deg]; chosen
+_UNIT_FRICTION = 45.0  # the same of a crack by the strength of the unit [deg]; chosen
+_UNIT_COHESION, _UNIT_TENSION = 0.06, 0.03  # of such a crack over the strength of the unit fb [-]; chosen
 _FITS = 0.05  # change of the length of a unit that needs no mention [-]; chosen
 
 OPTIONS = read_options(NAME)
@@ -230,10 +233,10 @@ def crack_joint(test: Experiment) -> Joint:
     options, strength = test.options, 1e6 * value(test, "fc")
     if options["cracks"] == "unit strength":
         fb = 1e6 * value(test, "fb")
-        friction_deg, cohesion, tension = 45.0, 0.06 * fb, 0.03 * fb
+        friction_deg, cohesion, tension = _UNIT_FRICTION, _UNIT_COHESION * fb, _UNIT_TENSION * fb
     else:
         ft, stress = 1e6 * value(test, "ft"), 1e6 * value(test, "sigma0")
-        slenderness = min(max(float(test.row["H"]) / float(test.row["L"]), 1.0), 1.5)
+        slenderness = min(max(float(test.row["H"]) / float(test.row["L"]), 1.0), SLENDEREST)
         friction_deg = _CRACK_FRICTION
         cohesion = options["crack_factor"] * ft / slenderness * math.sqrt(1.0 + stress / ft)
         tension = min(ft, cohesion / math.tan(math.radians(friction_deg)))  # no more than the apex of the cone

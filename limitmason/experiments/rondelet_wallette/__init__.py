@@ -77,6 +77,7 @@ def assembly(test: Experiment) -> Assembly:
     )
     rows = []  # lengths of the blocks of every course, in blocks, from the column on
     for k in range(courses):
+        # every second course reaches into the column with half a block; another half makes its free end flush
         toothed = (k % 2 == 0) == (given["toothed courses"] == "odd")
         closer = [0.5] if toothed and given["free edge"] == "flush" else []
         rows.append([0.5 if toothed else 1.0] + [1.0] * lengths + closer)
