@@ -282,17 +282,19 @@ class Layout:
         """Fit the drawing on its page, and find a free corner for the axes and their length."""
         self.view = scene.view
         span = np.ptp(bounds, axis=0)
-        room = np.array([style.page_width() - 0.24, style.HEIGHT])
+        room = np.array([style.page_width() - 0.24, style.HEIGHT])  # [in], without the margins of a bare page
         if ax is not None:
             room = style.figure_of(ax).get_size_inches() * ax.get_position().size
         inch = float((room / span).min())  # of paper, that a metre of the drawing takes: below, lengths over it are m
         self.length = style.round_length(0.16 * float(span.max()))  # chosen: about a sixth of the drawing
+        # box of the arrows about their origin; with the letters they are a quarter longer
         ends = 1.25 * self.length * scene.view.project(np.eye(3))
         low, high = np.minimum(ends.min(axis=0), 0.0), np.maximum(ends.max(axis=0), 0.0)
         gap = 0.07 / inch
         # the label, 0.9 by 0.16 inches, stands below the arrows
         size = np.array([max(high[0] - low[0], 0.9 / inch), high[1] - low[1] + 0.16 / inch])
         corners = [bounds[0] + gap, np.array([bounds[1, 0] - size[0] - gap, bounds[0, 1] + gap])]
+        # left or right in the lower corners of the drawing, else below it
         free = [c for c in corners if not _covered(scene, c - gap, c + size + gap)]
         corner = free[0] if free else bounds[0] + np.array([gap, -size[1] - gap])
         self.label = corner

@@ -161,7 +161,7 @@ def predicted_against_published(
         raise InputError(f"none of the {len(table)} rows has finite values to compare")
     if log and (bad := next((r for r in finite if min(r.published[0], r.predicted[0]) <= 0.0), None)):
         raise InputError(f"row {bad.label!r} is not positive and cannot stand on a logarithmic axis")
-    page = style.Page((1.0, 1.0), ax)
+    page = style.Page((1.0, 1.0), ax)  # a unit square, whose side is _SIDE on a page of its own
     if page.own:
         page.inch = _SIDE
     ax = page.ax
@@ -178,6 +178,7 @@ def predicted_against_published(
     with np.errstate(divide="ignore", invalid="ignore"):
         inside = np.abs(y - x) <= band * np.abs(x) + 1e-12  # a point on the edge is inside
         ratio = np.where(x != 0.0, y / x, np.nan)
+    # all are named, or else those outside the band
     named = labels == "all" or (labels == "auto" and len(finite) <= _MANY)
     chosen = [] if labels == "none" else [i for i in range(len(finite)) if named or not inside[i]]
     if log:

@@ -118,6 +118,7 @@ def animate(
     scale, crack, view, viewpoint_deg : as in :func:`deformed`; ``crack`` is a tenth of the largest
         movement in a joint at the last sample by default
     frames : most pictures, evenly spread over the samples
+    title : heading
     fps, dpi : pictures per second, pixels per inch
     writer : any matplotlib movie writer
 

@@ -346,6 +346,7 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
               labelspacing=0.25, columnspacing=1.0, **place)
     fit = sheet.axes(_PAGE - square - _RIGHT, top + 0.1, square, square)
     lines = _predicted(fit, result, quantity)
+    # as deep as the deeper of the two: the map with a legend that may stand under it, or the square with its own
     sheet.depth = top + max(0.3 + side + (0.05 if beside else 0.5), 0.1 + square + 0.38 + 0.13 * lines)
 
 

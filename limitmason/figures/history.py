@@ -17,6 +17,8 @@ from limitmason.figures import style
 
 _WIDTH, _HEIGHT = 4.6, 3.0  # of the diagram [in]
 FORCE = "force [kN]"
+_FORCES = ("N", "kN", "MN")
+_TO_SI = {"m": 1.0, "mm": 1e-3, "N": 1.0, "kN": 1e3, "MN": 1e6}  # size of units in m and N
 # dash patterns of matplotlib: start and lengths of line and gap [line widths]; levels differ from curves
 _LEVELS = ((0, (5, 2)), (0, (1.2, 1.6)), (0, (8, 2, 1.2, 2)), (0, (3, 1.2, 1.2, 1.2, 1.2, 1.2)))
 _LINES = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
@@ -211,11 +213,6 @@ def _measured_levels(measured: Any) -> list[tuple[str, float]]:
     if not loads:
         raise InputError(f"{test.name} has neither a measured curve nor a measured force to draw")
     return loads
-
-
-_FORCES = ("N", "kN", "MN")
-_TO_SI = {"m": 1.0, "mm": 1e-3, "N": 1.0, "kN": 1e3, "MN": 1e6}
-"""Size of units in m and N."""
 
 
 def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> tuple[Array, Array]:

@@ -73,7 +73,7 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
 
 
 def _finished(ax: Axes, own: bool, title: str | None, text: str, handles: list[Any]) -> Figure:
-    """The figure with its heading and a legend of ``handles``, on its own page or in axes of the caller."""
+    """The figure of ``ax`` with title, caption ``text`` and a legend of ``handles``, its page being its own or not."""
     if own:
         style.frame(ax, None)
         return style.finished(style.figure_of(ax), title, text, handles)

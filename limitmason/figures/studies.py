@@ -76,7 +76,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     left_out = [r for r in result.rows if not math.isfinite(r.multiplier)]
     if not rows:
         raise InputError("no method has a finite multiplier: there is nothing to draw")
-    figure, ax = style.paper(style.page_width(), 1.1 + 0.55 * len(rows), ax)
+    figure, ax = style.paper(style.page_width(), 1.1 + 0.55 * len(rows), ax)  # [in]: names of two lines have room
     ends = [v for r in rows for v in (r.multiplier, r.low, r.high) if math.isfinite(v)]
     if result.measured is not None:
         low, value, high = result.measured
@@ -205,8 +205,8 @@ def study_lines(
         second = 0 if method is None else [g for g in groups if g[:1] == group[:1]].index(group)
         look = _line_look(method, number, colours.get(method, style.SERIES[number % len(style.SERIES)]), second)
         line, colour = look["linestyle"], look["color"]
-        if len({r[x] for r in solid}) < len(solid):
-            line = "none"  # several values at one x: joined they would zigzag
+        if len({r[x] for r in solid}) < len(solid):  # several values at one x: joined they would zigzag
+            line = "none"
         look["linestyle"] = line
         if y == "multiplier":
             bars = [r for r in solid if math.isfinite(r.get("low", math.nan)) and r["high"] > r["low"]]
