@@ -76,11 +76,7 @@ def governed(
         if live[k] and not any(p.status == Status.INTERRUPTED for p in found.values()):
             found[k] = solve(held[k])
     rows = tuple(
-        {
-            "blocks": [assembly.blocks[i].name for i in part],
-            "multiplier": found[k].collapse_multiplier if k in found else float("nan" if live[k] else "inf"),
-            "status": found[k].status if k in found else Status.INTERRUPTED if live[k] else "no live load",
-        }
+        {"blocks": [assembly.blocks[i].name for i in part], **_said_of(found.get(k), live[k])}
         for k, part in enumerate(parts)
     )
     # one part that falls, or whose answer is not known, decides the whole
@@ -106,6 +102,18 @@ def governed(
     if first.status == Status.UNBOUNDED:
         return _of_part(first, lead, rows)
     return _whole(assembly, loads, first, lead, rows, forces)
+
+
+def _said_of(found: Prediction | None, live: bool) -> dict[str, Any]:
+    """Multiplier and status of a part: ``found`` is its answer, None where it was not solved.
+
+    Without ``live`` load any multiplier is carried; else an interrupt came before.
+    """
+    if found is not None:
+        return {"multiplier": found.collapse_multiplier, "status": found.status}
+    if live:
+        return {"multiplier": float("nan"), "status": Status.INTERRUPTED}
+    return {"multiplier": float("inf"), "status": "no live load"}
 
 
 def _of_part(prediction: Prediction, part: int, rows: tuple) -> Prediction:

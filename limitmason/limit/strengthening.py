@@ -162,17 +162,9 @@ def strengthen(
         return known[key]
 
     known: dict[frozenset[str], tuple[float, ...]] = {}
-    now, bound = values(()), values(list(ties))[0]
-    before, alone = now[0], {name: values([name]) for name in ties}
-    chosen: list[str] = []
-    while len(chosen) < most and not (target is not None and now[0] >= target):
-        trials = {n: values([*chosen, n]) if chosen else alone[n] for n in ties if n not in chosen}
-        # what differs by rounding is the same: the next smallest multiplier then tells
-        best = max(trials, key=lambda n: [float(f"{v:.{DIGITS}g}") for v in trials[n]], default=None)
-        if best is None or not _better(trials[best], now, least_gain):
-            break
-        chosen.append(best)
-        now = trials[best]
+    before, bound = values(())[0], values(list(ties))[0]
+    alone = {name: values([name])[0] for name in ties}
+    chosen = _one_by_one(values, list(ties), most, math.inf if target is None else target, least_gain)
     fewest = None
     if target is not None and bound >= target:
         enough = partial(_enough, values, target)
@@ -186,10 +178,36 @@ def strengthen(
         before_it, with_it = (values(chosen[:n])[0] for n in (k, k + 1))
         steps.append(AddedTie(name, with_it, with_it - before_it if math.isfinite(before_it) else math.inf))
     return Strengthening(
-        before=before, steps=tuple(steps), alone={n: v[0] for n, v in alone.items()}, bound=bound,
+        before=before, steps=tuple(steps), alone=alone, bound=bound,
         structure=assembly.with_ties([*assembly.ties, *(ties[n] for n in chosen)]), prediction=solved(chosen)[0][1],
         target=target, fewest=fewest,
     )
+
+
+def _one_by_one(
+    values: Callable[[Sequence[str]], tuple[float, ...]], names: list[str], most: int, target: float, least_gain: float
+) -> list[str]:
+    """Names of ties in the order in which they raise the multipliers most, up to a target.
+
+    Parameters
+    ----------
+    values : multipliers of the load cases with ties of some names, least first [-]
+    names : of all candidates
+    most : ties at most
+    target : smallest multiplier at which no more are added [-]; infinite for none
+    least_gain : gain below which a tie is not worth adding, over the multiplier or 1 [-]
+    """
+    chosen: list[str] = []
+    now = values(chosen)
+    while len(chosen) < most and not now[0] >= target:
+        trials = {name: values([*chosen, name]) for name in names if name not in chosen}
+        # what differs by rounding is the same: the next smallest multiplier then tells
+        best = max(trials, key=lambda name: [float(f"{v:.{DIGITS}g}") for v in trials[name]], default=None)
+        if best is None or not _better(trials[best], now, least_gain):
+            break
+        chosen.append(best)
+        now = trials[best]
+    return chosen
 
 
 def _enough(values: Callable[[Sequence[str]], tuple[float, ...]], target: float, names: Sequence[str]) -> bool:
