@@ -69,8 +69,12 @@ class Cells:
         nodes = values.reshape(-1, n)
         self.nodes = nodes[self.number] if self.k and sizes else nodes  # no copy where the order stays
         index = np.array(np.unravel_index(self.number, self.shape)) if self.d else np.zeros((0, 1), dtype=int)
-        has_side = np.array([index > 0, index < np.array(self.shape, dtype=int)[:, None] - 1])
-        self.beside = self._neighbours(order, has_side)
+        self.last = np.array(self.shape, dtype=int) - 1  # number of the last node along every axis
+        self.stride = np.zeros(self.d, dtype=int)  # from a node to the next along every axis
+        for i, axis in enumerate(order):
+            self.stride[axis] = int(np.prod([self.shape[a] for a in order[i + 1 :]], dtype=int))
+        has_side = np.array([index > 0, index < self.last[:, None]])
+        self.beside = self._neighbours(has_side)
         norms = self._norms()
         self.reach = 0.5 * np.maximum(norms[:, : self.d], norms[:, self.d :]).sum(axis=1)  # of a step, shape (g,)
         node_z = [a[index[sizes + i]] for i, a in enumerate(z)]
@@ -82,21 +86,17 @@ class Cells:
         self.table = np.concatenate([rows[name] for name in self.columns], axis=1)
         self.filled = np.zeros(self.count, dtype=bool)  # rows whose inner products are made
 
-    def _neighbours(self, order: Sequence[int], has_side: np.ndarray) -> Index:
+    def _neighbours(self, has_side: np.ndarray) -> Index:
         """Node before and after every node along every axis, shape (g, 2 d): all before, then all after.
 
         A node at the end of an axis is its own neighbour there: the change is then zero.
 
         Parameters
         ----------
-        order : axes, the outermost first
         has_side : whether there is a node before, and after, shape (2, d, g)
         """
-        stride = np.zeros(self.d, dtype=int)  # from a node to the next along each axis
-        for i, axis in enumerate(order):
-            stride[axis] = int(np.prod([self.shape[a] for a in order[i + 1 :]], dtype=int))
         columns = np.arange(self.count)
-        ways = np.array([-1, 1])[:, None, None] * stride[None, :, None]
+        ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]
         return np.where(has_side, columns + ways, columns).reshape(2 * self.d, self.count).T.copy()
 
     def _quantities(
