@@ -6,12 +6,14 @@ import dis
 import hashlib
 import sys
 import sysconfig
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache, partial
+from importlib import import_module
+from itertools import takewhile
 from logging import Logger
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from types import BuiltinFunctionType, CodeType, FunctionType, MethodType, ModuleType
 from typing import Any
 
@@ -21,6 +23,13 @@ from limitmason.model.blockwork import Blockwork
 from limitmason.model.load import Loads
 
 _PYTHON = frozenset(sys.stdlib_module_names) - {"types", "collections"} | frozenset(sys.builtin_module_names)
+_OF_CLASSES = ("__", "_abc_")  # names under which Python keeps what it knows of a class
+_PART_OF = ("LOAD_ATTR", "LOAD_METHOD")  # instructions that take a part of a value
+# what counts of a module that is held as a whole: functions, classes and data, not open files and the like
+_OF_MODULES = (
+    FunctionType, type, ModuleType, np.ndarray, bool, int, float, complex, str, bytes, tuple, list, dict, set,
+    frozenset,
+)
 
 
 def fingerprint(*parts: Any) -> str:
@@ -31,8 +40,8 @@ def fingerprint(*parts: Any) -> str:
     Parameters
     ----------
     parts : assemblies, loads, arrays, mappings, sequences, numbers, text; functions, with their code, constants,
-        defaults, what they close over and what they read of their module; objects, with their fields and, of classes
-        of one's own, their code
+        defaults, what they close over and what they read of their module and of others of one's own; objects, with
+        their fields and, of classes of one's own, their code
 
     Returns
     -------
@@ -85,6 +94,8 @@ class _Digest:
         """Add a value to the hash: plain ones here, those with parts by :meth:`feed_whole`."""
         if isinstance(value, Enum):
             self.tag("member", type(value).__qualname__, value.name)
+            if not _installed(type(value).__module__):
+                self.feed(value.value)
         elif isinstance(value, np.generic):
             self.feed(value.item())
         elif isinstance(value, bool | int | float | complex | str | bytes | type(None) | type(Ellipsis)):
@@ -92,15 +103,17 @@ class _Digest:
         elif isinstance(value, np.ndarray) and value.dtype != object:
             self.tag("array", value.shape, value.dtype.str)
             self.made.update(np.ascontiguousarray(value).tobytes())
-        elif isinstance(value, FunctionType | type):
+        elif isinstance(value, FunctionType | type | ModuleType):
             if id(value) in self.seen:
                 self.tag("again", self.seen[id(value)])
             else:
                 self.seen[id(value)] = len(self.seen)
                 if isinstance(value, FunctionType):
                     self.feed_function(value)
-                else:
+                elif isinstance(value, type):
                     self.feed_class(value)
+                else:
+                    self.feed_module(value)
         elif id(value) in self.open:
             raise TypeError(f"a {type(value).__name__} holds itself, so that it has no content of an end")
         else:
@@ -141,7 +154,7 @@ class _Digest:
         elif isinstance(value, partial):
             self.tag("partial")
             self.feed((value.func, value.args, value.keywords))
-        elif isinstance(value, BuiltinFunctionType | np.ufunc | ModuleType):
+        elif isinstance(value, BuiltinFunctionType | np.ufunc):
             self.tag(type(value).__name__, getattr(value, "__module__", ""), value.__name__)
         elif isinstance(value, Logger):
             self.tag("logger", value.name)
@@ -199,9 +212,23 @@ class _Digest:
             return
         self.feed(kind.__bases__)
         for name, value in sorted(vars(kind).items()):
-            value = getattr(value, "__func__", getattr(value, "fget", value))  # of a class method, or a property
-            if isinstance(value, FunctionType | bool | int | float | str | tuple):
+            if hasattr(type(value), "__get__") and not isinstance(value, FunctionType):
+                # of a class method, a property, or a method that keeps its values, the function
+                inner = ("__func__", "fget", "__wrapped__", "py_func", "func")
+                value = next((getattr(value, n) for n in inner if hasattr(value, n)), None)
+            if isinstance(value, FunctionType) or not name.startswith(_OF_CLASSES):
                 self.feed_attribute(kind.__qualname__, name, value)
+
+    def feed_module(self, module: ModuleType) -> None:
+        """Add a ``module``: by name where it is installed, else with its text and what it takes from others."""
+        self.tag("module", module.__name__)
+        if _installed(module.__name__):
+            return
+        file = getattr(module, "__file__", None)
+        self.feed(Path(file).read_bytes() if file and Path(file).is_file() else None)
+        for name, value in sorted(vars(module).items()):
+            if not name.startswith("__") and isinstance(value, _OF_MODULES):
+                self.feed_attribute(module.__name__, name, value)
 
     def feed_object(self, value: Any) -> None:
         """Add an object by its class and its fields; one without content of its own is refused."""
@@ -241,13 +268,51 @@ def _closed_over(function: FunctionType) -> dict[str, Any]:
 
 
 def _read_of_module(function: FunctionType) -> dict[str, Any]:
-    """Values that the code of a function, and of functions within it, reads of its module."""
-    names, codes = set(), [function.__code__]
+    """Values that the code of a function, and of functions within it, reads of its module or imports.
+
+    Of another module of one's own the values that are read count, under names with dots. It counts as a whole where the
+    code holds on to it.
+    """
+    found: dict[str, Any] = {}
+    codes, space = [function.__code__], function.__globals__
     while codes:
         code = codes.pop()
-        names |= {i.argval for i in dis.get_instructions(code) if i.opname in ("LOAD_GLOBAL", "LOAD_NAME")}
         codes += [c for c in code.co_consts if isinstance(c, CodeType)]
-    return {n: function.__globals__[n] for n in names if n in function.__globals__}
+        steps = [i for i in dis.get_instructions(code) if i.opname != "EXTENDED_ARG"]
+        for at, step in enumerate(steps):
+            name, after = step.argval, steps[at + 1 :]
+            if step.opname in ("LOAD_GLOBAL", "LOAD_NAME") and name in space:
+                found |= _followed(name, space[name], takewhile(lambda i: i.opname in _PART_OF, after))
+            elif step.opname == "IMPORT_NAME":
+                # the number of dots before the name stands two instructions earlier
+                module = _imported("." * int(steps[at - 2].argval) + name, space.get("__package__"))
+                taken = [i for i in takewhile(lambda i: i.opname != "POP_TOP", after) if i.opname == "IMPORT_FROM"]
+                for part in taken or (None,):
+                    found |= _followed(name, module, [part] if part is not None else ())
+    return found
+
+
+def _followed(name: str, value: Any, steps: Iterable[dis.Instruction]) -> dict[str, Any]:
+    """What code takes of a value that is a module of one's own, by its name with dots; the value itself otherwise.
+
+    Parameters
+    ----------
+    name, value : what the code reads first
+    steps : instructions that take a part of it, in order
+    """
+    for step in steps:
+        if not isinstance(value, ModuleType) or _installed(value.__name__) or not hasattr(value, step.argval):
+            break
+        name, value = f"{name}.{step.argval}", getattr(value, step.argval)
+    return {name: value}
+
+
+def _imported(name: str, package: str | None) -> ModuleType | None:
+    """The module that code imports by a name, with dots before it where it is relative to a package, or None."""
+    try:
+        return import_module(name, package)
+    except (ImportError, TypeError):  # code may import what is not there, or by dots outside a package
+        return None
 
 
 @cache

@@ -1,12 +1,16 @@
 """The memory of runs: what its keys see, files shared, cut off and damaged, old ones refused."""
 
+import enum
 import functools
+import importlib
 import json
 import math
 import multiprocessing as mp
 import os
 import resource
+import shutil
 import signal
+import sys
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,7 +30,7 @@ def wall(**options):
 
 def made(text, **names):
     """A function by its text, as a file of one's own holds it."""
-    space = {"__name__": "own", "np": np, "functools": functools, "dataclass": dataclass, **names}
+    space = {"__name__": "own", "np": np, "functools": functools, "enum": enum, "dataclass": dataclass, **names}
     exec("def part(x):\n    return x\n" + text, space)
     return space["f"]
 
@@ -89,6 +93,15 @@ PAIRS = {
     "order of arguments": ("def f(x, a=1, b=2): return a", "def f(x, b=2, a=1): return a"),
     "recursion": ("def f(x): return f(x - 1) if x else 1", "def f(x): return f(x - 1) if x else 2"),
 }
+# what a class holds beside its methods: the same text with one number or another
+PAIRS |= {text: (text.replace("@", "1.0"), text.replace("@", "2.0")) for text in (
+    "class A:\n    K = [@]\ndef f(x): return A.K[0] * x",
+    "class A:\n    K = np.array([@])\n    def run(self, x): return self.K * x\nf = A().run",
+    "class A:\n    K = functools.partial(pow, @)\ndef f(x): return A.K(x)",
+    "class A:\n    k = functools.cached_property(lambda self: @)\ndef f(x): return A().k",
+    "class A:\n    k = functools.cache(lambda self: @)\ndef f(x): return A().k()",
+    "class A(enum.Enum):\n    K = @\ndef f(x): return A.K.value * x",
+)}
 
 
 @pytest.mark.parametrize("what", PAIRS)
@@ -121,6 +134,27 @@ MODELS = {
     "moved": wall().transformed(np.eye(3), (1.0, 0, 0)), "a half": wall(start="half"),
     "sharper edges": wall().with_contact_ends_pulled_in(0.01),
 }
+
+
+@pytest.mark.parametrize("call", [
+    "import apart\ndef f(x): return apart.h(x)", "def f(x):\n    import apart as a\n    return a.h(x)",
+    "def f(x):\n    from apart import h\n    return h(x)", "from apart import h\ndef f(x): return h(x)",
+    "import apart\ndef f(x): return getattr(apart, 'h')(x)",
+])
+def test_functions_of_a_module_of_ones_own_count_with_what_these_read(call, tmp_path, monkeypatch):
+    monkeypatch.syspath_prepend(tmp_path)
+
+    def key(text):
+        """Key of a function that calls another, in a module of this text read anew."""
+        (tmp_path / "apart.py").write_text(text)
+        sys.modules.pop("apart", None)
+        shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
+        importlib.invalidate_caches()
+        return fingerprint(made(call))
+
+    plain = "K = 1.0\ndef g(x): return K * x\ndef h(x): return g(x)\n"
+    assert key(plain) == key(plain)
+    assert len({key(plain), key(plain.replace("1.0", "2.0")), key(plain.replace("K *", "K +"))}) == 3
 
 
 def test_models_that_differ_in_one_thing_have_other_keys_and_equal_ones_the_same(tmp_path):
