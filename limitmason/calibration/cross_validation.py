@@ -37,6 +37,7 @@ class LeftOutRow(NamedTuple):
     measured, predicted : in its unit
     error : predicted / measured - 1 [-], or the difference in its unit where differences are compared
     deviation : what the parameters leave open in the prediction, on the same scale
+    relative : whether it is compared by its ratio, else by its difference
     """
 
     group: str
@@ -45,6 +46,7 @@ class LeftOutRow(NamedTuple):
     predicted: float
     error: float
     deviation: float
+    relative: bool = True
 
 
 @dataclass(frozen=True)
@@ -64,16 +66,20 @@ class LeftOut:
     def error(self) -> float:
         """Root mean square of log(predicted / measured) [-].
 
-        It is taken over all numbers that are compared by their ratio.
+        It is taken over all numbers that are compared by their ratio: infinite where one of them is predicted as zero
+        or less, NaN where a prediction is missing, or where there are none.
         """
-        logs = [math.log(r.predicted / r.measured) for r in self.rows if r.predicted > 0.0 and r.measured > 0.0]
-        return float(np.sqrt(np.mean(np.square(logs)))) if logs else math.nan
+        ratios = np.array([r.predicted / r.measured for r in self.rows if r.relative])
+        with np.errstate(divide="ignore"):
+            return float(np.sqrt(np.mean(np.log(np.maximum(ratios, 0.0)) ** 2))) if len(ratios) else math.nan
 
     def __str__(self) -> str:
-        """The table."""
+        """The table; differences stand in the unit of the number, not in per cent."""
         head = [["left out", "quantity", "measured", "predicted", "error", "left open"]]
-        return aligned(head + [[r.group, r.quantity, f"{r.measured:.4g}", f"{r.predicted:.4g}", f"{r.error:+.1%}",
-                                f"{r.deviation:.1%}"] for r in self.rows], "<<>>>>")
+        return aligned(head + [[
+            r.group, r.quantity, f"{r.measured:.4g}", f"{r.predicted:.4g}",
+            *((f"{r.error:+.1%}", f"{r.deviation:.1%}") if r.relative else (f"{r.error:+.3g}", f"{r.deviation:.3g}")),
+        ] for r in self.rows], "<<>>>>")
 
 
 def groups_of(entries: Sequence[Entry], leave_out: str | Mapping[str, str] | None) -> list[str] | None:
@@ -139,7 +145,7 @@ def left_out(
             error = v / e.measured - 1.0 if e.relative else v - e.measured
             rows[int(k)] = LeftOutRow(
                 group=name, quantity=e.label, measured=e.measured, predicted=float(v), error=float(error),
-                deviation=float(d),
+                deviation=float(d), relative=e.relative,
             )
     return LeftOut(tuple(rows[k] for k in sorted(rows)), by)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import exp, inf, isinf, log
+from math import exp, inf, isinf
 from typing import NamedTuple
 
 import numpy as np
@@ -269,16 +269,3 @@ def ranked(base: Information, slopes: Mapping[str, Array]) -> NextTest:
         out.append(Candidate(name=name, identified=kept, deviations=share, gain=gain))
     out.sort(key=lambda c: (-len(c.identified), -c.gain))
     return NextTest(tuple(out), tuple(n for n, yes in zip(names, base.identified, strict=True) if yes))
-
-
-def relative(values: Sequence[float], at: Sequence[float]) -> Array:
-    """Change of numbers from others: log(value / at), or the difference.
-
-    The difference counts where one of the two is not positive.
-
-    Parameters
-    ----------
-    values : numbers, shape (k,)
-    at : numbers that they are compared with, shape (k,)
-    """
-    return np.array([log(v / a) if v > 0.0 and a > 0.0 else v - a for v, a in zip(values, at, strict=True)])

@@ -13,7 +13,7 @@ from scipy import stats
 
 from limitmason.arrays import Array, Flags
 from limitmason.calibration.cross_validation import LeftOut
-from limitmason.calibration.information import Information, NextTest, UnresolvedDirection, ranked, relative
+from limitmason.calibration.information import Information, NextTest, UnresolvedDirection, ranked
 from limitmason.calibration.least_squares import SAME, Slopes
 from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.runs import Model, taken
@@ -185,8 +185,9 @@ class Fit(ReadOnly):
     def predict(self, other: Model, *, level: float | None = None) -> dict[str, Predicted]:
         """What another model gives at the fitted parameters, with the interval they leave.
 
-        value exp(+- z d), d^2 = g' C g with z the normal quantile of the level, C the covariance of the parameters and
-        g the slopes of the value's logarithm; value +- z d, by its own slopes, where it is not positive
+        value exp(+- z d), d^2 = g' C g with z the normal quantile of the level, Student's where the scatter is not
+        known, C the covariance of the parameters and g the slopes of the value's logarithm; value +- z d, by its own
+        slopes, where it is not positive or one deviation of a parameter makes it so
 
         Parameters
         ----------
@@ -198,18 +199,27 @@ class Fit(ReadOnly):
         InputError
             For a model that takes none of the parameters or gives no number.
         """
-        names, base, slopes = self._slopes(other)
+        names, base, ratio, slopes = self._slopes(other)
         spread = np.sqrt(np.einsum("ij,jk,ik->i", slopes, self.information.covariance, slopes))
-        reach = float(stats.norm.ppf(0.5 + 0.5 * (level or self.level))) * spread
+        rise = self.objective.rise(self.minimum, level or self.level)
+        reach = math.sqrt(rise / self.objective.variance(self.minimum)) * spread
         return {
-            n: Predicted(v, v * math.exp(-r), v * math.exp(r)) if v > 0.0 else Predicted(v, v - r, v + r)
-            for n, v, r in zip(names, base, reach.tolist(), strict=True)
+            n: Predicted(v, v * math.exp(-r), v * math.exp(r)) if by_ratio else Predicted(v, v - r, v + r)
+            for n, v, by_ratio, r in zip(names, base, ratio, reach.tolist(), strict=True)
         }
 
-    def _slopes(self, other: Model) -> tuple[list[str], list[float], Array]:
-        """Names and values of another model's numbers at the fit, and slopes of their logarithms, shape (k, p).
+    def _slopes(self, other: Model) -> tuple[list[str], list[float], list[bool], Array]:
+        """Another model's numbers at the fit and their slopes by the parameters.
 
-        Of a number that is not positive the slope is that of the number itself. ``other`` is the model.
+        Parameters
+        ----------
+        other : the model
+
+        Returns
+        -------
+        names, values : of the k numbers
+        ratio : whether a number is positive wherever it was asked for; its slopes are then those of its logarithm
+        slopes : shape (k, p)
         """
         objective, x = self.objective, self.minimum.x
         takes = taken(other, (*objective.scale.names, *objective.runs.ties.formulas))
@@ -231,11 +241,12 @@ class Fit(ReadOnly):
         names = list(found[0])
         if not names:
             raise InputError("the other model gives neither numbers nor curves")
-        at = [found[0][n] for n in names]
-        # change of every number from the fit to every other point
-        change = [relative([found[number][n] for n in names], at) for number in range(1, len(points))]
-        columns = [(above - below) / w for above, below, w in zip(change[::2], change[1::2], width, strict=True)]
-        return names, at, np.array(columns).T
+        values = np.array([[found[number][n] for n in names] for number in range(len(points))])
+        ratio = (values > 0.0).all(axis=0)
+        scaled = np.where(ratio, np.log(np.where(ratio, values, 1.0)), values)
+        # from the point below to that above, along each parameter
+        slopes = (scaled[1::2] - scaled[2::2]).T / width
+        return names, values[0].tolist(), ratio.tolist(), slopes
 
     def next_test(self, candidates: Mapping[str, tuple[Model, Mapping[str, float]]]) -> NextTest:
         """Which further test would fix most of what is free.
@@ -248,16 +259,22 @@ class Fit(ReadOnly):
         Raises
         ------
         InputError
-            For no candidates, and a number that the model does not give.
+            For no candidates, and a number that the model does not give, or that is 0.
         """
         if not candidates:
             raise InputError("no candidates are given")
-        slopes = {}
+        slopes, deviation = {}, math.sqrt(self.information.variance)
         for name, (model, scatter) in candidates.items():
-            given, _, rows = self._slopes(model)
+            given, values, ratio, rows = self._slopes(model)
             if unknown := [q for q in scatter if q not in given]:
                 raise InputError(f"candidate {name!r} gives no {unknown[0]!r}; it gives {', '.join(given)}")
-            slopes[name] = np.array([rows[given.index(q)] / sd for q, sd in scatter.items()])
+            at = {q: k for k, q in enumerate(given)}
+            if zero := [q for q in scatter if not values[at[q]]]:
+                raise InputError(f"candidate {name!r}: {zero[0]!r} is 0, of which no relative scatter is told")
+            # slopes of a number itself go with a scatter in its unit; a residual of the fit has its own deviation
+            slopes[name] = np.array([
+                deviation * rows[at[q]] / (sd if ratio[at[q]] else sd * abs(values[at[q]])) for q, sd in scatter.items()
+            ])
         return ranked(self.information, slopes)
 
     def diagnose(
@@ -318,7 +335,7 @@ class Fit(ReadOnly):
     def __str__(self) -> str:
         """The error on what was left out, the parameters, and what the data cannot tell."""
         lines = []
-        if self.left_out is not None:
+        if self.left_out is not None and any(r.relative for r in self.left_out.rows):
             by = self.left_out.by
             lines.append(f"error on what was left out ({by} by {by}): {self.left_out.error:.1%}")
         n, p = self.objective.n, len(self.objective.scale)

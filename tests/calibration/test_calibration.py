@@ -116,6 +116,35 @@ def test_unknown_scatter_gives_the_interval_of_student():
     assert fit.interval["power"] == pytest.approx((known.slope - half, known.slope + half), abs=0.01 * half)
 
 
+def test_unknown_scatter_goes_into_predictions_and_further_tests():
+    # log y = P + q log t on three points: one degree of freedom, Student's quantile is 12.7 and the normal one 1.96
+    t, y = np.array([1.0, 2.0, 4.0]), np.array([2.0, 4.4, 7.4])
+    fit = calibrate(lambda power, factor: {"values": factor * t**power}, {"values": Target(y.tolist())},
+                    [Parameter("power", 1.0, (-5.0, 5.0), log=False), Parameter("factor", 1.0, (0.01, 100.0))])
+    rows = np.column_stack([np.log(t), np.ones(3)])
+    exact, (left,), *_ = np.linalg.lstsq(rows, np.log(y), rcond=None)
+    g = np.array([math.log(3.0), 1.0])
+
+    def other(power, factor):
+        return {"v": factor * 3.0**power}
+
+    ends = g @ exact + stats.t.ppf(0.975, 1) * math.sqrt(left * g @ np.linalg.inv(rows.T @ rows) @ g) * np.array([-1, 1])
+    assert fit.predict(other)["v"][1:] == pytest.approx(np.exp(ends), rel=1e-4)
+    # a test at t = 3 with a scatter of 20 % adds g g' / 0.2^2 to the information rows' rows / s^2
+    after = np.linalg.inv(rows.T @ rows / left + np.outer(g, g) / 0.2**2)
+    share = fit.next_test({"at 3": (other, {"v": 0.2})}).best.deviations
+    assert share["power"] == pytest.approx(math.sqrt(after[0, 0]) / 0.1, rel=1e-3)
+    assert share["factor"] == pytest.approx(math.sqrt(after[1, 1]) / 0.1, rel=1e-3)
+
+
+def test_prediction_that_may_be_negative_has_an_even_interval():
+    # x = 0.1 +- 0.2 itself is the prediction
+    fit = calibrate(lambda x: {"a": x}, {"a": Target(0.1, 0.2, absolute=True)},
+                    [Parameter("x", 0.5, (-10.0, 10.0), log=False)])
+    reach = 0.2 * stats.norm.ppf(0.975)
+    assert fit.predict(lambda x: {"v": x})["v"] == pytest.approx((0.1, 0.1 - reach, 0.1 + reach), abs=1e-6)
+
+
 def test_of_six_parameters_one_geometry_fixes_one_and_says_what_is_free():
     rng = np.random.default_rng(5)
     errors = []
@@ -244,6 +273,20 @@ def test_left_out_error_is_that_of_a_fit_that_never_saw_the_test():
     assert by["two"].deviation == pytest.approx(0.1, rel=1e-4)
     assert any("diagnose" in w for w in fit.warnings)
     assert str(fit).startswith("error on what was left out")
+
+
+def test_left_out_differences_are_told_in_their_unit_and_are_no_ratios():
+    targets = {"a": Target(20.0, 0.5, absolute=True), "b": Target(21.0, 0.5, absolute=True), "c": (10.0, 0.1)}
+    fit = calibrate(lambda x: {"a": x, "b": x, "c": x}, targets, [Parameter("x", 20.0, (1.0, 50.0))], level=None)
+    mean = (20.0 / 0.25 + 21.0 / 0.25) / 8.0  # of a and b, whose weights are equal
+    by = {r.quantity: r for r in fit.left_out.rows}
+    assert by["c"].predicted == pytest.approx(mean, rel=1e-6)
+    assert fit.left_out.error == pytest.approx(math.log(mean / 10.0), rel=1e-6)  # of c alone
+    (row,) = [line for line in str(fit.left_out).splitlines() if " c " in line]
+    assert f"{mean / 10.0 - 1.0:+.1%}" in row
+    (row,) = [line for line in str(fit.left_out).splitlines() if " a " in line]
+    assert "%" not in row
+    assert f"{by['a'].error:+.3g}" in row
 
 
 def test_curve_gives_stiffness_strength_crack_and_area():
