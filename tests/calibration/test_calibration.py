@@ -128,8 +128,9 @@ def test_unknown_scatter_goes_into_predictions_and_further_tests():
     def other(power, factor):
         return {"v": factor * 3.0**power}
 
-    ends = g @ exact + stats.t.ppf(0.975, 1) * math.sqrt(left * g @ np.linalg.inv(rows.T @ rows) @ g) * np.array([-1, 1])
-    assert fit.predict(other)["v"][1:] == pytest.approx(np.exp(ends), rel=1e-4)
+    reach = stats.t.ppf(0.975, 1) * math.sqrt(left * g @ np.linalg.inv(rows.T @ rows) @ g)
+    ends = np.exp([g @ exact - reach, g @ exact + reach])
+    assert fit.predict(other)["v"][1:] == pytest.approx(ends, rel=1e-4)
     # a test at t = 3 with a scatter of 20 % adds g g' / 0.2^2 to the information rows' rows / s^2
     after = np.linalg.inv(rows.T @ rows / left + np.outer(g, g) / 0.2**2)
     share = fit.next_test({"at 3": (other, {"v": 0.2})}).best.deviations
