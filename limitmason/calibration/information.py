@@ -33,15 +33,18 @@ class UnresolvedDirection(NamedTuple):
     moves : for one standard deviation, the factor of every parameter that takes part, or the difference of one that is
         not on a log scale, by name
     deviation : that standard deviation in resolutions, infinite where only the bounds end it
+    differences : names of the parameters that move by a difference
     """
 
     moves: Mapping[str, float]
     deviation: float
+    differences: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         """The parameters that move, and how far."""
         end = "up to the bounds" if isinf(self.deviation) else "within one deviation"
-        return " with ".join(f"{n} x {v:.3g}" for n, v in self.moves.items()) + f" {end}"
+        told = [f"{n} {v:+.3g}" if n in self.differences else f"{n} x {v:.3g}" for n, v in self.moves.items()]
+        return " with ".join(told) + f" {end}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,9 +173,10 @@ class Information(ReadOnly):
             lead = 1.0 if v[np.argmax(np.abs(v))] > 0.0 else -1.0
             step = lead * reach * v * self.scale.resolution
             taking = sorted((k for k in range(len(v)) if abs(v[k]) > _TAKES), key=lambda k: -abs(v[k]))
-            log = [p.log for p in self.scale.parameters]
-            shown = {self.scale.names[k]: exp(step[k]) if log[k] else float(step[k]) for k in taking}
-            out.append(UnresolvedDirection(shown, float(d)))
+            own = [(p.name, p.log, float(x)) for p, x in zip(self.scale.parameters, step, strict=True)]
+            shown = {name: exp(x) if log else x for name, log, x in (own[k] for k in taking)}
+            even = tuple(name for name, log, _ in own if name in shown and not log)
+            out.append(UnresolvedDirection(shown, float(d), even))
         return tuple(out)
 
     def with_slopes(self, more: Array) -> Information:

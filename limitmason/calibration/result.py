@@ -205,10 +205,10 @@ class Fit(ReadOnly):
         reach = math.sqrt(rise / self.objective.variance(self.minimum)) * spread
         return {
             n: Predicted(v, v * math.exp(-r), v * math.exp(r)) if by_ratio else Predicted(v, v - r, v + r)
-            for n, v, by_ratio, r in zip(names, base, ratio, reach.tolist(), strict=True)
+            for n, v, by_ratio, r in zip(names, base.tolist(), ratio, reach.tolist(), strict=True)
         }
 
-    def _slopes(self, other: Model) -> tuple[list[str], list[float], list[bool], Array]:
+    def _slopes(self, other: Model) -> tuple[list[str], Array, Flags, Array]:
         """Another model's numbers at the fit and their slopes by the parameters.
 
         Parameters
@@ -246,7 +246,7 @@ class Fit(ReadOnly):
         scaled = np.where(ratio, np.log(np.where(ratio, values, 1.0)), values)
         # from the point below to that above, along each parameter
         slopes = (scaled[1::2] - scaled[2::2]).T / width
-        return names, values[0].tolist(), ratio.tolist(), slopes
+        return names, values[0], ratio, slopes
 
     def next_test(self, candidates: Mapping[str, tuple[Model, Mapping[str, float]]]) -> NextTest:
         """Which further test would fix most of what is free.

@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
-from limitmason.checks import choice
+from limitmason.checks import choice, finite
 from limitmason.errors import InputError
 
 FIRST_CRACK = "first crack"
@@ -323,7 +323,7 @@ def _check_scatter(scatter: float | None, absolute: bool = False) -> None:
     """
     if scatter is None:
         return
-    if not (math.isfinite(scatter) and scatter > 0.0):
+    if not finite("a scatter", scatter) > 0.0:
         raise InputError(f"a scatter must be positive, 0.05 is 5 %; got {scatter!r}")
     if scatter >= 1.0 and not absolute:
         raise InputError(

@@ -176,6 +176,12 @@ def test_two_parameters_that_act_as_one_are_reported_together():
     assert move.moves["x"] * move.moves["y"] == pytest.approx(1.0, rel=1e-6)
     assert fit.correlation[0, 1] == pytest.approx(-1.0, abs=1e-2)
     assert fit.interval["x"] == pytest.approx((0.1, 62.0), rel=0.2)  # to the bound of y, 6 / 100, and its own
+    # a sum: one rises by what the other falls, and differences are no factors
+    fit = calibrate(lambda x, y: {"a": x + y}, {"a": (6.0, 0.05)}, [Parameter("x", 2.0, (-50.0, 50.0), log=False),
+                    Parameter("y", 2.0, (-50.0, 50.0), log=False)], leave_out=None, level=None)
+    (move,) = fit.unidentified
+    assert move.moves["x"] == pytest.approx(-move.moves["y"], rel=1e-6)
+    assert str(move) == " with ".join(f"{n} {v:+.3g}" for n, v in move.moves.items()) + " up to the bounds"
 
 
 def test_one_point_at_a_bound_within_the_interval_ends_it_there():
