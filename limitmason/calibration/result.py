@@ -242,7 +242,7 @@ class Fit(ReadOnly):
         if not names:
             raise InputError("the other model gives neither numbers nor curves")
         values = np.array([[found[number][n] for n in names] for number in range(len(points))])
-        ratio = (values > 0.0).all(axis=0)
+        ratio = np.asarray((values > 0.0).all(axis=0))
         scaled = np.where(ratio, np.log(np.where(ratio, values, 1.0)), values)
         # from the point below to that above, along each parameter
         slopes = (scaled[1::2] - scaled[2::2]).T / width
