@@ -24,6 +24,7 @@ from limitmason.storage.frozen import ReadOnly
 _SECANT_FROM, _SECANT_TO = 0.1, 0.4
 """Shares of the peak load between which a secant stiffness is taken, unless other ones are asked for; chosen."""
 
+_REST = 0.01  # of the range of a column: noise about zero, at rest; chosen
 _ULTIMATE = 0.8
 """Share of the peak to which the load has fallen at the ultimate displacement, as is customary."""
 
@@ -153,8 +154,13 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
 
     @property
     def _sense(self) -> float:
-        """Sign of the load in the sense of the push, -1 for a curve pushed the other way."""
-        return 1.0
+        """Sign of the load in the sense of the push, -1 for a curve pushed the other way.
+
+        That is one whose displacements and loads are both negative, but for a hundredth of their range.
+        """
+        lowest, highest = (np.array([f(c) for c in (self.displacement, self.load)]) for f in (np.min, np.max))
+        other_way = ((lowest < 0.0) & (highest <= -_REST * lowest)).all()
+        return -1.0 if other_way else 1.0
 
     @property
     def peak(self) -> CurvePoint:
@@ -170,7 +176,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
 
         A later branch may climb above it: ``peak`` is the largest load of all.
         """
-        falls = np.flatnonzero(np.diff(self.load) < 0.0)
+        falls = np.flatnonzero(self._sense * np.diff(self.load) < 0.0)
         return self.point(int(falls[0])) if len(falls) else None
 
     def ultimate(self, share: float = _ULTIMATE) -> CurvePoint | None:
@@ -277,9 +283,12 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         InputError
             For a curve that turns back (cycles), which has no single load at a displacement.
         """
-        if (np.diff(self.displacement) < 0.0).any():
+        steps, x, y = np.diff(self.displacement), self.displacement, self.load
+        if (steps < 0.0).any() and (steps > 0.0).any():
             raise InputError("the curve turns back: it has no single load at a displacement; cut out one branch first")
-        return np.interp(numbers("displacement", displacement), self.displacement, self.load, left=np.nan, right=np.nan)
+        if (steps < 0.0).any():  # pushed the other way: np.interp takes rising displacements
+            x, y = x[::-1], y[::-1]
+        return np.interp(numbers("displacement", displacement), x, y, left=np.nan, right=np.nan)
 
     def event(self, name: str) -> CurvePoint | None:
         """The point of the first event of a name, or None where it did not happen."""

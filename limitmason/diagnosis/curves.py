@@ -40,12 +40,13 @@ def features(specimen: Any, curve: Curve, *, load_error: float, displacement_err
     Raises
     ------
     InputError
-        For an error that is not positive.
+        For an error that is not positive, and a curve pushed the other way.
     """
     if not (load_error > 0.0 and displacement_error > 0.0):
         raise InputError(
             f"the errors of load and displacement must be positive, got {load_error!r} and {displacement_error!r}"
         )
+    _refuse_other_way(specimen, curve)
     found, top = curve.quantities, curve.peak
     near = curve.displacement[curve.load >= (1.0 - 2.0 * load_error) * top.load]
     # relative scatter and unit of every quantity
@@ -96,7 +97,7 @@ def points(
     Raises
     ------
     InputError
-        For a predicted curve that is missing or too short.
+        For a predicted curve that is missing or too short, and a curve pushed the other way.
     """
 
     def read(curve: Curve, some: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -108,6 +109,8 @@ def points(
         y, slope = curve.at(x), (curve.at(behind) - curve.at(before)) / (behind - before)
         return x, y, np.hypot(load_error, slope * displacement_error / y)
 
+    for specimen, curve in measured.items():
+        _refuse_other_way(specimen, curve)
     deviations = []
     for specimen, curve in measured.items() if predicted is not None else ():
         x, y, scatter = read(curve, count)
@@ -123,6 +126,13 @@ def points(
         )
         for specimen, curve in measured.items() for at, value, sd in zip(*read(curve, int(effective)), strict=True)
     ], effective
+
+
+def _refuse_other_way(specimen: Any, curve: Curve) -> None:
+    """Refuse a ``curve`` of negative displacements and loads: predictions are those of a push the one way."""
+    if curve.peak.load < 0.0:
+        mirrored = f"curve.in_units({curve.displacement_unit!r}, -1.0, {curve.load_unit!r}, -1.0)"
+        raise InputError(f"the curve of specimen {specimen!r} is pushed the other way: give {mirrored}")
 
 
 def effective_points(deviations: np.ndarray) -> float:

@@ -5,6 +5,8 @@ import pytest
 
 import limitmason as lm
 from limitmason.answers.curve import Event
+from limitmason.diagnosis.curves import features
+from limitmason.errors import InputError
 
 
 def rocking(n=401):
@@ -22,6 +24,21 @@ def test_peak_and_ultimate_of_a_rocking_block():
         assert (at.displacement, at.load) == pytest.approx((0.1 + 1e-4, 0.1), rel=1e-12)
     assert curve.ultimate(1.0) == curve.peak
     assert curve.ultimate(0.0).load == pytest.approx(0.0, abs=1e-12)
+
+
+def test_curve_recorded_the_other_way_is_the_mirror_image():
+    u = np.linspace(0.0, 10.0, 201)
+    one = lm.Curve(u, np.where(u < 3.0, 4.0 * u, 12.0 - 0.5 * (u - 3.0)), "mm", "kN")
+    for rest in (0.0, 0.05):  # noise about zero, at rest
+        other = lm.Curve(np.r_[rest, -u[1:]], np.r_[rest, -one.load[1:]], "mm", "kN")
+        mirrored = {name: value if name == "stiffness" else -value for name, value in one.quantities.items()}
+        assert other.quantities == pytest.approx(mirrored)
+        assert other.first_limit_point.displacement == pytest.approx(-3.0)
+        assert other.at([-2.0, -7.0]) == pytest.approx([-8.0, -10.0])
+        with pytest.raises(InputError, match=r"pushed the other way: give curve.in_units\('mm', -1.0"):
+            features("a", other, load_error=0.02, displacement_error=0.05)
+    # cycles have two senses, and the largest load of one of them
+    assert lm.Curve([0.0, 1.0, 0.0, -1.0], [0.0, 2.0, 0.0, -3.0]).peak.load == 2.0
 
 
 def test_work_of_a_straight_line_is_half_its_rectangle():
