@@ -30,6 +30,7 @@ from limitmason.errors import InputError
 from limitmason.study.run_fingerprint import fingerprint
 
 FAR_OFF = 20.0  # measured over predicted, or the reverse, beyond which a unit is asked about
+MOST_NAMED = 5  # numbers that a warning of it names
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -184,14 +185,23 @@ class Study(Statement):
         return checked_by_group(answer)
 
     def _say_if_far_off(self) -> None:
-        """Warn of a quantity that is measured many times larger or smaller than predicted: a unit, as a rule."""
+        """Warn of a quantity, or single numbers, many times larger or smaller than predicted: a unit, as a rule."""
         assert self.measured is not None, "a verdict has measured values"
         apart = linked(self.measured, self.rows.log) - at_measured(self.tables.base())
         for quantity in dict.fromkeys(self.rows.quantities):
             mine = self.rows.log & np.array([q == quantity for q in self.rows.quantities])
-            if mine.any() and abs(ratio := float(np.median(apart[mine]))) > np.log(FAR_OFF):
+            if not mine.any():
+                continue
+            ratio = float(np.median(apart[mine]))
+            if abs(ratio) > np.log(FAR_OFF):
                 warnings.warn(f"{quantity}: measured is {np.exp(ratio):.3g} times predicted; are both in one unit?",
                               stacklevel=4)
+            # by the median of a quantity few numbers in another unit than the rest are not seen
+            far = np.flatnonzero(mine & (np.abs(apart - ratio) > np.log(FAR_OFF)))
+            if len(far):
+                each = ", ".join(f"{self.called[k]} ({np.exp(apart[k]):.3g})" for k in far[:MOST_NAMED])
+                warnings.warn(f"{len(far)} of {mine.sum()} numbers lie apart from the others, measured over predicted: "
+                              f"{each}; are they in the unit of the others?", stacklevel=4)
 
     def _say_if_copied(self) -> None:
         """Warn of specimens that are equal in all that is recorded and measured: a row that was copied, as a rule."""

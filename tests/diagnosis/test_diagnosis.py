@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -105,6 +106,12 @@ def test_a_list_that_no_specimen_feels_is_no_cause_and_a_wrong_unit_is_told_as_a
         told = Study(stacks, simulate, wrong).diagnose([unfelt]).report()
     factor = float(told.split("a factor of ")[1].split(",")[0])
     assert factor == pytest.approx(1000.0, rel=0.25)
+    # one number in newtons among those in kilonewtons
+    one = [dataclasses.replace(row, value=1000.0 * row.value) if k == 6 else row for k, row in enumerate(rows)]
+    assert (one[6].specimen, one[6].quantity) == (3, "peak")
+    ratio = one[6].value / stacks[3]["width"]
+    with pytest.warns(UserWarning, match=rf"^1 of 8 numbers .*: specimen 3, peak \({re.escape(f'{ratio:.3g}')}\); are"):
+        Study(stacks, simulate, one).diagnose([unfelt])
 
 
 def test_what_was_copied_or_named_twice_is_told():
