@@ -40,6 +40,7 @@ from limitmason.capacity.path_warnings import (
     branch_warnings,
     edge_warnings,
     flat_top_warnings,
+    landed_warnings,
     pressure_sharing_warnings,
     stiffness_warnings,
 )
@@ -228,7 +229,8 @@ def pushover(
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
-    warnings += said + few + (branch_warnings(generations, nodes) if initial is None else [])
+    warnings += said + few + landed_warnings(generations, nodes)
+    warnings += branch_warnings(generations, nodes) if initial is None else []
     if initial is None and named.any():
         warnings += _point_warnings(generations, nodes, contact_model, contact_model is None and grid is None)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")

@@ -17,6 +17,7 @@ import numpy as np
 from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.certificate import work_of_loads
 from limitmason.capacity.contact_generations import Generations
+from limitmason.capacity.contacts import NEW
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.program import solve_step
 from limitmason.capacity.stepping import Node
@@ -45,6 +46,9 @@ LEVEL = 0.05
 """Spread of that displacement from which it is told [-]; it is 2 % on a straight line."""
 
 # chosen, not derived: far from both what rounding leaves and what would change a warning
+_CRUSHED = 1e-6
+"""Part of its strength up to which a point crushes [-]."""
+
 _AT_END = 1e-3
 """Part of the width of a joint within which a point lies at its end [-]."""
 
@@ -129,6 +133,27 @@ def flat_top_warnings(nodes: list[Node]) -> list[str]:
         f"points at which joints crush or break bear a load to {UNSURE:.0%} or so: {NEARLY:.0%} of the largest is "
         f"reached at {at:.3g} m, or anywhere from {low:.3g} to {high:.3g} m"
     ]
+
+
+def landed_warnings(generations: Generations, nodes: list[Node]) -> list[str]:
+    """What to say where blocks that had no joint meet and their points crush.
+
+    Such a point has the law and the area of one of a joint nearby, so that its strength is not that of its own face.
+    """
+    for node in nodes:
+        s = generations.structures[node.generation]
+        c = s.points
+        full = (c.interface == NEW) & (node.force[:, 0] > (1.0 - _CRUSHED) * c.law.crushing * c.area)
+        if full.any():
+            k = int(full.argmax())
+            a, b = (s.assembly.blocks[i].name for i in (c.block_a[k], c.block_b[k]))
+            way = node.control - nodes[0].control
+            return [
+                f"{a!r} and {b!r} had no joint, met and crush where they meet, from {way:.3g} m on: "
+                "those points have the area of one in a joint nearby, so that loads from there on may be far off; "
+                "draw the blocks in contact and give the distance as gaps="
+            ]
+    return []
 
 
 def edge_warnings(generations: Generations, nodes: list[Node], remedy: str) -> list[str]:

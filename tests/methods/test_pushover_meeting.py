@@ -345,3 +345,34 @@ def test_a_block_that_is_pushed_past_the_edge_of_a_table_turns_over_it_however_t
     assert curve.displacement[-1] == pytest.approx(0.45, abs=0.02)
     slides = (curve.displacement > 1e-5) & (curve.displacement < 0.4)
     assert curve.load[slides] == pytest.approx(0.5, rel=1e-4)
+
+
+def before_a_stop(apart, to, strength=1e6, **options):
+    """Curve of a block of 1 x 0.5 x 1 m that slides to a higher stop, and its load where the stop crushes."""
+    outlines = [
+        [(x, z), (x1, z), (x1, z1), (x, z1)]
+        for x, z, x1, z1 in ((-5.0, -1.0, 5.0, 0.0), (0.0, 0.0, 1.0, 0.5), (1.0 + apart, 0.0, 2.0, 1.0))
+    ]
+    joint = lm.Joint(20.0, normal_stiffness=1e10, shear_stiffness=4e9, compressive_strength=strength)
+    wall = lm.Assembly.from_polygons(
+        outlines, thickness=1.0, joint=joint, fixed=[0, 2], names=["ground", "block", "stop"]
+    )
+    exact = math.tan(math.radians(20.0)) + strength * 0.5 / wall.weights[1]
+    return lm.pushover(wall, lm.Loads.horizontal(wall), to=to, **options), exact
+
+
+def test_a_stop_crushes_at_the_strength_of_its_face_where_the_gap_is_given():
+    """It is mu + fc A / W."""
+    curve, exact = before_a_stop(0.0, 0.052, gaps=[0.0] * 15 + [0.05] * 15)
+    assert curve.status == "reached"
+    assert curve.load[-1] == pytest.approx(exact, rel=1e-5)
+    assert not any("had no joint" in w for w in curve.warnings)
+
+
+def test_blocks_that_had_no_joint_and_crush_where_they_meet_are_named():
+    """A single point of 0.005 m2 stood for the face of 0.5 m2: a load of 0.85 for 51.3, in silence."""
+    curve, exact = before_a_stop(0.05, 0.051)
+    assert curve.load[-1] < 0.1 * exact
+    assert any("had no joint" in w and "'block'" in w and "'stop'" in w for w in curve.warnings)
+    firm, _ = before_a_stop(0.05, 0.051, strength=math.inf)
+    assert not any("had no joint" in w for w in firm.warnings)
