@@ -1,4 +1,8 @@
-"""Settings of the DEM: of a search for the collapse multiplier, and of a structure that is driven."""
+"""Settings of the DEM: of a search for the collapse multiplier, and of a structure that is driven.
+
+Defaults of damping stand where it is used: ``dem.multiplier.collapse``, ``dem.driving.block_structure``,
+``dem.stages.stage_run`` and ``dem.model.rest_criterion``.
+"""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from mechanisms.friction import (
 )
 from mechanisms.in_plane import slender_wall, sloping_crack, sloping_crack_limit, stepped_crack
 from mechanisms.light_damage import LightDamage, light_damage
-from mechanisms.out_of_plane import compound_rocking, simple_rocking
+from mechanisms.facade_rocking import compound_rocking, simple_rocking
 from mechanisms.parameters import Facade
 from mechanisms.virtual_work_check import PowerBalance, check_contacts, flexure_power, rocking_power
 

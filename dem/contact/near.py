@@ -2,6 +2,8 @@
 
 Throughout, ``margin`` is the gap up to which pieces are near [m], ``pieces`` are the convex pieces of all blocks,
 ``assembly`` has the blocks and ``state`` is what a run changes.
+
+When pairs are looked at again is decided in ``dem.stages.recording``.
 """
 
 from typing import NamedTuple

@@ -126,14 +126,14 @@ class Ties(NamedTuple):
 
 
 E_FRICTION, E_VISCOUS, E_DAMPING, E_APPLIED, E_SUPPORT = 0, 1, 2, 3, 4
-E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP, E_FRACTURE, E_BEGUN = 5, 6, 7, 8, 9, 10
+E_KINETIC, E_VISCOSITY, E_STEPS, E_STOP, E_FRACTURE, E_BEGUN, E_LENGTH = 5, 6, 7, 8, 9, 10, 11
 """Entries of the vector of accumulated scalars.
 
 Energies taken by friction, by dashpots and by artificial damping, and work of loads and of supports [J]; kinetic energy
-now [J], adaptive viscosity [1/s], steps so far, the step of the last stop, energy of fracture [J], and the energy that
-a run began with [J].
+now [J], adaptive viscosity [1/s], steps so far, the step of the last stop, energy of fracture [J], the energy that a
+run began with [J], and the length of the last step [s].
 """
-E_SIZE = 11
+E_SIZE = 12
 """How many they are."""
 
 

@@ -35,7 +35,7 @@ def _crossing_forces(
     Parameters
     ----------
     points, joints, bodies : all of them; wrenches are added to ``bodies.contact``, crossing points are changed
-    dt : time step [s]; 0 to read forces without moving anything
+    dt : length of the step that led here [s]; 0 to read forces without moving anything
     total : energies by ``E_...`` [J], added to
     part : joints, and where their sums go
     """
@@ -123,7 +123,7 @@ def _joint_forces(
     ----------
     points, joints : all of them; points that yield are changed
     bodies : blocks; wrenches are added to ``bodies.contact``
-    dt : step [s]; 0 to read forces without moving anything
+    dt : length of the step that led here [s]; 0 to read forces without moving anything
     total : accumulated scalars, entries ``E_...``, added to [J]
     part : which joints, and where their sums go
     modes : shapes of blocks that deform, ``modes.contact`` is added to; None where all blocks are rigid
@@ -153,9 +153,10 @@ def _joint_forces(
 
 @kernel(counted=True)
 def contact_wrenches(points: Points, joints: Joints, bodies: RigidBodies) -> None:
-    """Wrench of the joints on every block in the present position, shape (n, 6), written to ``bodies.contact``.
+    """Wrench of the joints on every rigid block as it lies, about its centroid.
 
-    Points and crossing edges of ``joints`` yield as in a step: their state may change.
+    It is written to ``bodies.contact``, [N] and [N m], shape (n, 6). Points and crossing edges of ``joints`` yield as
+    in a step: their state may change. Energies are not kept.
     """
     part, total = Part(0, joints.block_a.size, 0, 0), np.zeros(E_SIZE)
     bodies.contact[:] = 0.0

@@ -8,6 +8,7 @@ from dem.kernels.arrays import (
     E_FRACTURE,
     E_FRICTION,
     E_KINETIC,
+    E_LENGTH,
     E_STEPS,
     E_STOP,
     E_SUPPORT,
@@ -325,6 +326,9 @@ def advance(
     for step in range(acting.factors.shape[0] if met < SHUT else 0):
         # sums of even and odd steps have places of their own: others may still read those of the step before
         place = step % 2 * parts * SUMS
+        # blocks came here in the step before: with the length of this one a joint that slides would be held by its
+        # dashpot for what no motion made
+        since = total[E_LENGTH] if total[E_LENGTH] > 0.0 else dt
         for p in range(team.mine, team.end):
             # the sums of one part are the totals themselves, which go on from step to step
             row = place + p * SUMS if parts > 1 else 0
@@ -334,9 +338,9 @@ def advance(
             if modes is not None:
                 modes.contact[:] = 0.0
             part = Part(p * k // parts, (p + 1) * k // parts, p * n, row)
-            _joint_forces(points, joints, bodies, dt, sums, part, modes, space)
+            _joint_forces(points, joints, bodies, since, sums, part, modes, space)
             if crossings:
-                _crossing_forces(points, joints, bodies, dt, sums, part)
+                _crossing_forces(points, joints, bodies, since, sums, part)
             if ties is not None and p == 0:
                 add_tie_forces(ties, bodies, sums, row)
         # forces of all parts are there: blocks move
@@ -383,4 +387,5 @@ def advance(
         total[E_APPLIED] += applied
         total[E_SUPPORT] += support
         total[E_KINETIC] = kinetic
+        total[E_LENGTH] = dt
         total[E_STEPS] += 1.0

@@ -1,4 +1,7 @@
-"""What a simulation recorded: displacements, reactions, energies, crack openings and the state it ended in."""
+"""What a simulation recorded: displacements, reactions, energies, crack openings and the state it ended in.
+
+The record that shakes the ground is ``limitmason.model.base_motion``.
+"""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ class StageRun:
         try:
             return self._advance()
         except UnstableError as error:
-            self.rec.position = None
+            self.rec.position = None  # positions are no longer numbers: nothing can go on from here
             error.history = self.rec.history(RunStatus.UNSTABLE)
             raise
 

@@ -93,7 +93,9 @@ class Generations:
         return certify(self.structures[after.generation], self.state(before), self.state(after))[0].energy
 
     def looked_at(self, node: Node, since: Node) -> Node:
-        """The node with the contacts that are found anew in its pose, if any, and where they were last looked for.
+        """The node with the contacts found anew in its pose, if any.
+
+        Its field ``looked`` is the pose in which contacts were last looked for.
 
         Parameters
         ----------
@@ -113,7 +115,7 @@ class Generations:
             return node
         self.structures.append(s._replace(points=found.contacts))
         self.systems.append(self.make(self.structures[-1]))
-        history = found.history._replace(stretched=node.history.stretched)
+        history = found.history._replace(stretched=node.history.stretched)  # ties have no contacts: theirs stays
         return node._replace(onward=Onward(len(self.structures) - 1, history, found.force, found.before))
 
     def bonded(self, node: Node) -> str:

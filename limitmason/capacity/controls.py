@@ -1,4 +1,7 @@
-"""What a path is controlled by: a block, the live load, or a support that moves."""
+"""What a path is controlled by: a block, the live load, or a support that moves.
+
+An arc length is no control here: ``program`` says why.
+"""
 
 from __future__ import annotations
 

@@ -50,7 +50,15 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
     spread : what it is tried for, out of "ks/kn" (0.4 and 2.5 times ks), "grid" (2 x 4, 2 x 8 and 4 x 8 points) and
         "preload" (half as far the other way first); the range is then that of all of them
     settings : of :func:`pushover`, without ``start`` and ``to``
+
+    Raises
+    ------
+    InputError
+        For a name in ``spread`` that is not known.
     """
+    unknown = [n for n in spread if n not in SPREADS]
+    if unknown:
+        raise InputError(f"spread must be out of {', '.join(map(repr, SPREADS))}, got {unknown[0]!r}")
     curve = whole_pushover(assembly, loads, **settings)
     softens = any(i.joint.softens for i in assembly.interfaces)
     point, warnings, status = governing_point(curve, assembly), curve.warnings, Status.SOLVED
@@ -77,7 +85,7 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
     if spread and point is not None and math.isfinite(value):
         tried = _variants(assembly, loads, tuple(spread), point.displacement, **settings)
     budget = {
-        name: {"change": _largest([v / value - 1.0 for v in found.values()]), "resolution": steps.peak, **found}
+        name: {"change": _largest([_change(v, value) for v in found.values()]), "resolution": steps.peak, **found}
         for name, found in tried.items()
     }
     # the spread that was asked for, else the sampled limit point and what its sampling may hide above it
@@ -96,6 +104,13 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
         range=around,
         lost_in_failure=lost_in_failure(assembly, np.zeros(len(assembly.interfaces))),
     )
+
+
+def _change(other: float, value: float) -> float:
+    """Change from a multiplier to another over its size [-], infinite from zero; NaN where there is no other."""
+    if value == 0.0:
+        return other if other == 0.0 else math.copysign(math.inf, other) if not math.isnan(other) else math.nan
+    return other / value - 1.0
 
 
 def _largest(changes: list[float]) -> float:
@@ -119,15 +134,7 @@ def _variants(
     names : of ``SPREADS``
     reach : displacement of the first limit point itself [m]
     settings : of :func:`pushover`, without ``to`` and ``start``
-
-    Raises
-    ------
-    InputError
-        For a name that is not known.
     """
-    unknown = [n for n in names if n not in SPREADS]
-    if unknown:
-        raise InputError(f"spread must be out of {', '.join(map(repr, SPREADS))}, got {unknown[0]!r}")
     out: dict[str, dict[str, float]] = {}
     for name in names:
         found = out.setdefault(name, {})

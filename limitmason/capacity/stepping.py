@@ -1,4 +1,7 @@
-"""From state to state: Newton from the extrapolated increment, other ways where it sticks, halving, viscous jumps."""
+"""From state to state: Newton from the extrapolated increment, other ways where it sticks, viscous jumps.
+
+A step that fails is halved in ``path``.
+"""
 
 from collections.abc import Callable, Sequence
 from itertools import pairwise

@@ -1,4 +1,7 @@
-"""What all commands share: where answers and messages go, the target, and the settings of an analysis."""
+"""What all commands share: where answers and messages go, the target, and the settings of an analysis.
+
+Errors become messages and exit codes in ``limitmason.cli``.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""All commands, with their options, as one parser."""
+"""All commands, with their options, as one parser.
+
+Types of options, such as lengths with their unit, are in ``console``.
+"""
 
 import argparse
 import re

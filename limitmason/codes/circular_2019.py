@@ -1,4 +1,7 @@
-"""Verdict on a local mechanism after the Italian Circular of 2019, C8.7.1.2.1."""
+"""Verdict on a local mechanism after the Italian Circular of 2019, C8.7.1.2.1.
+
+Shear strength of piers is in ``limitmason.mechanics.pier_strength``. The tables of materials are not in the package.
+"""
 
 from __future__ import annotations
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.checks import positive
-from limitmason.continuum.crack_energy import crack_energy
-from limitmason.continuum.equal_bricks import EqualBricks
+from limitmason.continuum.excess_crack_energy import crack_energy
+from limitmason.continuum.first_to_crack import EqualBricks
 from limitmason.continuum.equilibrium import NEWTON, EquilibriumState, Solver
 from limitmason.continuum.result import SolidCurve, curve_of
 from limitmason.continuum.solid import Continuum
@@ -93,10 +93,10 @@ def push(
     cracks where strength is reached first, not where stones part. Energy is independent of the mesh where bricks are
     cubes: a crack across a flat brick has its thickness for a band, not the cube root of its volume. Of a row of
     bricks that one step would crack together one cracks, and a bar takes the energy of one crack, see
-    :class:`limitmason.continuum.equal_bricks.EqualBricks`. Where bricks of a row must begin together, as in the middle
+    :class:`limitmason.continuum.first_to_crack.EqualBricks`. Where bricks of a row must begin together, as in the middle
     of a beam, they go on together, on a path of more energy, and rows of points of a brick of 20 nodes may crack
     alone, with less. The curve warns where its cracks took 3 % more or less than single ones of their openings would,
-    see :class:`limitmason.continuum.crack_energy.CrackEnergy`.
+    see :class:`limitmason.continuum.excess_crack_energy.CrackEnergy`.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     point, direction = read_vector("point of control", control[0]), read_vector("direction of control", control[1])

@@ -272,14 +272,16 @@ def number(value: Any, what: Callable[[], str], must_be_positive: bool = True) -
     ----------
     what : gives the words of an error, made only where there is one
     """
+    needed = "a positive finite number" if must_be_positive else "a finite number"
     try:
         out = float(value)
     except (TypeError, ValueError):
-        raise InputError(f"{what()} gave {_short(value)}; a positive number is needed") from None
+        raise InputError(f"{what()} gave {_short(value)}; {needed} is needed") from None
     if not isfinite(out) or (must_be_positive and out <= 0.0):
+        small = ", or return a small positive number for a model that cannot stand" if must_be_positive else ""
         raise InputError(
-            f"{what()} gave {out!r}; a positive finite number is needed: narrow the bounds of the cause, give the "
-            "measured input bounds, or return a small positive number for a model that cannot stand"
+            f"{what()} gave {out!r}; {needed} is needed: narrow the bounds of the cause, give the measured input "
+            f"bounds{small}"
         )
     return out
 

@@ -167,11 +167,19 @@ def _hypotheses(
 
 
 def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: Tested) -> plan.Truth:
-    """Predictions of a fitted explanation here and on the pool, by the nearest cell of both grids.
+    """Predictions of a fitted explanation here and on the pool, to first order from the node next to its fit.
 
     Parameters
     ----------
+    design : explanations and their tables on the specimens that were measured
     there : tables of every explanation on the pool
+    names : of the explanation
+    tested : its fit, whose position is in the unit cell about its node
+
+    Returns
+    -------
+    plan.Truth
+        Logarithms of predictions, and inputs in units of their noise, as ``plan`` takes them.
     """
     grid, pool = design.grid(names), there[names]
     fit = tested.fit

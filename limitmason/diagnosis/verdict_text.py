@@ -1,4 +1,7 @@
-"""What a diagnosis says, in plain sentences: the verdict, what it means, what it rests on and what limits it."""
+"""What a diagnosis says, in plain sentences: the verdict, what it means, what it rests on and what limits it.
+
+Thresholds are those of ``inference.verdict``.
+"""
 
 from collections.abc import Mapping, Sequence
 

@@ -336,7 +336,7 @@ def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source
     return {key: given.get(key, option.default) for key, option in table.items()}
 
 
-def signed(assembly: Assembly, test: Experiment) -> Assembly:
+def with_source(assembly: Assembly, test: Experiment) -> Assembly:
     """The assembly with source, specimen and options of the experiment in its recipe."""
     recipe = {**assembly.recipe, "source": test.source.name, "specimen": test.specimen, "options": dict(test.options)}
     return replace(assembly, recipe=recipe)

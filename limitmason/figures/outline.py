@@ -66,11 +66,13 @@ def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
             continue
         if twists is not None:
             # in the plane blocks neither shift along its normal p nor turn about anything else
-            size = max(float(np.abs(twists[:, :3]).max(initial=0.0)), 1e-300)
-            turning = twists[:, 3:] - (twists[:, 3:] @ p)[:, None] * p
-            spin = max(float(np.abs(twists[:, 3:]).max(initial=0.0)), 1e-300)
+            corners = np.vstack([assembly.blocks[i].vertices for i in free])
+            # spins as what they displace over the structure: where blocks only slide, spins are all rounding
+            spins = twists[:, 3:] * float(np.ptp(corners, axis=0).max())
+            size = max(float(np.abs(twists[:, :3]).max(initial=0.0)), float(np.abs(spins).max(initial=0.0)), 1e-300)
+            turning = spins - (spins @ p)[:, None] * p
             across = np.abs(twists[:, :3] @ p).max(initial=0.0)
-            if across > _IN_PLANE * size or np.abs(turning).max(initial=0.0) > _IN_PLANE * spin:
+            if max(across, np.abs(turning).max(initial=0.0)) > _IN_PLANE * size:
                 continue
         return elevation_plane(p)
     return None

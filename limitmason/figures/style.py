@@ -1,4 +1,7 @@
-"""Print style: page size from the structure's proportions, fonts, line widths, a palette for every colour vision."""
+"""Print style: page size from the structure's proportions, fonts, line widths, a palette for every colour vision.
+
+The colour of a method is the ``look`` that its package declares in ``method.py``.
+"""
 
 from __future__ import annotations
 

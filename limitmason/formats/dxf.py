@@ -76,7 +76,7 @@ def read_dxf(
     ----------
     path : of the drawing
     layers : names of the layers to read, upper and lower case alike; by default all that are shown, neither off nor
-        frozen
+        frozen, nor inserted on a frozen one
     scale : metres per drawing unit; by default from the drawing's $INSUNITS
     flatness : largest distance between an arc and its chord [m]
     gap : distance up to which ends of single lines meet [m]
@@ -116,12 +116,15 @@ def read_dxf(
     metres = _metres_per_unit(drawing, path) if scale is None else positive("scale", scale, "m per drawing unit")
     wanted = named_layers(layers)
     there = [layer.dxf.name for layer in drawing.layers]
-    check_layers(wanted, [*there, *(layer for _, layer in _entities(drawing.modelspace()))], path)
+    # of layers asked for by name all is read, frozen or not
+    frozen = frozenset(layer.dxf.name.casefold() for layer in drawing.layers if layer.is_frozen() and wanted is None)
+    entities = list(_entities(drawing.modelspace(), frozen))
+    check_layers(wanted, [*there, *(layer for _, layer in entities)], path)
     hidden = {layer.dxf.name.casefold() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
     drawn = DrawnOutlines()
     unread: Counter[tuple[str, str]] = Counter()
     unseen: Counter[str] = Counter()
-    for entity, layer in _entities(drawing.modelspace()):
+    for entity, layer in entities:
         if wanted is not None and layer.casefold() not in wanted:
             continue
         if wanted is None and layer.casefold() in hidden:
@@ -180,22 +183,25 @@ def _flat(path: Any, metres: float, flatness: float, where: str) -> Array:
     return _in_plane(points, where) * metres
 
 
-def _entities(space: Any, inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
+def _entities(space: Any, frozen: frozenset[str], inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
     """Entities that may show blocks, each with its layer.
 
-    Inserts are taken apart.
+    Inserts are taken apart. Of one on a frozen layer nothing shows, whatever layers its parts lie on: they count as
+    parts of the frozen one. Of one on a layer that is off, parts on other layers show.
 
     Parameters
     ----------
     space : entities of ezdxf, of the model space or of an inserted block
+    frozen : names of frozen layers, in lower case
     inserted_on : layer of the insert: what lies on layer 0 of a block of the drawing takes it
     """
     for entity in space:
-        layer = inserted_on if entity.dxf.layer == _OWN else entity.dxf.layer
+        hides = inserted_on.casefold() in frozen
+        layer = inserted_on if hides or entity.dxf.layer == _OWN else entity.dxf.layer
         if entity.dxftype() == "INSERT":
             # one insert may stand for rows and columns of copies
             for one in entity.multi_insert() if entity.mcount > 1 else (entity,):
-                yield from _entities(one.virtual_entities(), layer)
+                yield from _entities(one.virtual_entities(), frozen, layer)
         elif entity.dxftype() in (*_CURVES, *_FILLS, *_UNREAD):
             yield entity, layer
 

@@ -212,21 +212,23 @@ def _attempts(problem: Problem, solver: str) -> Iterator[tuple[Problem, str]]:
     ``solver`` is the one asked for. Yields the problem in some scaling, and the solver for it.
     """
     wide = spread(problem)
-    own = balanced(problem) if wide > WIDE_LOADS else None
-    if own is not None:
-        yield own, solver
+    scaled = balanced(problem) if wide > WIDE_LOADS else None
+    if scaled is not None:
+        yield scaled, solver
     yield problem, solver
-    if own is None and wide > UNEQUAL:
-        own = balanced(problem)
-        yield own, solver
-    # where "auto" chose the own solver above, Clarabel is still to be tried, and the other way round below
-    if choose_solver(problem, solver) == "interior-point" and solver == "auto":
+    if scaled is None and wide > UNEQUAL:
+        scaled = balanced(problem)
+        yield scaled, solver
+    if solver != "auto":
+        return
+    # then each solver alone: what "auto" came to above may be the answer of the other, where the first gave none
+    if choose_solver(problem, solver) == "interior-point":
         yield problem, "clarabel"
-    if solver == "auto" and unsupported(problem) is None:
+    if unsupported(problem) is None:
         # thin blocks among thick ones may suit one scaling only
         yield problem, "interior-point"
-        if own is not None:
-            yield own, "interior-point"
+        if scaled is not None:
+            yield scaled, "interior-point"
 
 
 def _falls(prediction: Prediction) -> bool:

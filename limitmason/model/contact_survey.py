@@ -171,8 +171,7 @@ def _would_add(
         every = np.full(len(found.distance), widest)
         wide = found._replace(distance=np.maximum(found.distance, every), reach=np.maximum(found.reach, every))
         tries.append((f"distance {length_text(widest)}", wide, rules, 1.0))
-    for k in (2.0, 3.0):
-        wider = min(k * rules.angle_deg, contact.LOOKED_AT_DEG)
+    for wider in sorted({min(k * rules.angle_deg, contact.LOOKED_AT_DEG) for k in (2.0, 3.0)}):
         if wider > rules.angle_deg:
             tries.append((f"angle {wider:g} degrees", found, replace(rules, angle_deg=wider), 1.0))
     tries.append(("no least width", found._replace(width=np.zeros(len(found.width))), rules, 1.0))

@@ -1,4 +1,7 @@
-"""Tables of measured specimens: CSV with names and units of its columns, read with errors that name the cell."""
+"""Tables of measured specimens: CSV with names and units of its columns, read with errors that name the cell.
+
+Names and units of columns are taken apart in ``csv_table``.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Fingerprint of what a stored result belongs to: models, functions with all that they use, and plain values."""
+"""Fingerprint of what a stored result belongs to: models, functions with all that they use, and plain values.
+
+``memo`` compares it, and refuses a store with another one.
+"""
 
 from __future__ import annotations
 

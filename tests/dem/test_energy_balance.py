@@ -72,6 +72,20 @@ def test_what_is_kinetic_before_the_first_step_is_no_energy_from_nowhere():
     assert abs(bounce.energy_error[-1]) < 1e-3 * stored
 
 
+def test_dashpots_brake_nothing_of_a_block_that_coasts_however_long_its_steps_are():
+    # the last steps of each stage are shortened to end with it, down to half
+    smooth = on_slab([((0, 0, 0), (0.3, 0.3, 0.1))], joint=lm.Joint(0.0, normal_stiffness=1e8, shear_stiffness=5e7))
+    state = dem.initial_state(smooth, lm.Loads.weight(smooth), mode="dynamic", contact_points=(3, 3))
+    place(state, smooth, 1, np.eye(3), smooth.centroids[1] - (0, 0, 2000.0 * 0.1 * 9.81 / 1e8), (0.3, 0, 0), (0, 0, 0))
+    stages = [dem.Hold(duration=d * state.dt) for d in (10.0, 3.5, 2.01, 4.0, 1.000001)]
+    h = dem.simulate(smooth, stages, loads=lm.Loads.weight(smooth), start=state, detect_every=None, sample=1)
+    moving = 0.5 * smooth.weights[1] / 9.81 * 0.3**2
+    assert h["kinetic"][-1] == pytest.approx(moving, rel=1e-9)
+    # what the unloaded springs of the beginning take is over within the first stage, of ten steps
+    assert h["viscous"][-1] - h["viscous"][10] < 1e-9 * moving
+    assert np.ptp(h.energy_error[10:]) < 1e-9 * moving
+
+
 @pytest.mark.parametrize("velocity", [(0.0, 0.0, -0.2), (0.5, 0.2, -0.2)])
 def test_what_a_block_that_bounces_gains_or_loses_fades_with_the_square_of_the_step(velocity):
     errors = []

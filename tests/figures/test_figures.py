@@ -245,6 +245,14 @@ def test_auto_view_finds_the_plane_of_a_turned_wall_but_not_of_two_leaves():
     assert not figures.assembly(two).axes[0].axison
 
 
+def test_a_wall_that_only_slides_is_seen_in_its_plane_whatever_rounding_turns_its_blocks():
+    wall = make_portal()
+    slides = sliding(wall, [2], (1, 0, 0))
+    noise = 1e-13 * np.array([0, 0, 0, 0.3, 1.0, 0.7])
+    assert outline.wall_plane(wall, slides.mechanism.twists + noise) is not None
+    assert outline.wall_plane(wall, rocking(wall, [2], (0.5, 0, 2), (0, 0, 1)).mechanism.twists) is None
+
+
 def test_labels_name_every_block():
     figure = figures.assembly(make_column(names=["ground", "low", "middle", "top"]), labels=True)
     assert {"ground", "low", "middle", "top"} <= set(texts(figure).split("\n"))

@@ -2,6 +2,7 @@
 
 import base64
 import math
+import warnings
 import subprocess
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -164,6 +165,27 @@ def test_hidden_layers_are_no_blocks_unless_they_are_named(hide, tmp_path):
     with pytest.warns(PlausibilityWarning, match="'LINTEL' is off or frozen: 1 entity is left out"):
         assert formats.read_dxf(tmp_path / "a.dxf").layers == ["STONE", "STONE"]
     assert formats.read_dxf(tmp_path / "a.dxf", layers="lintel").names == ["LINTEL-1"]
+
+
+@pytest.mark.parametrize(("hide", "shown"), [("off", ["STONE"]), ("freeze", [])])
+def test_what_is_inserted_on_a_frozen_layer_does_not_show(hide, shown, tmp_path):
+    ezdxf = pytest.importorskip("ezdxf")
+    drawing = ezdxf.new("R2010")
+    drawing.header["$INSUNITS"] = 6
+    for name in ("STONE", "OLD"):
+        drawing.layers.add(name)
+    stone = drawing.blocks.new("STONE OF A WALL")
+    stone.add_lwpolyline([(0, 0), (1, 0), (1, 1), (0, 1)], close=True, dxfattribs={"layer": "STONE"})
+    drawing.modelspace().add_blockref("STONE OF A WALL", (0, 0), dxfattribs={"layer": "OLD"})
+    drawing.modelspace().add_lwpolyline([(5, 0), (6, 0), (6, 1)], close=True, dxfattribs={"layer": "STONE"})
+    getattr(drawing.layers.get("OLD"), hide)()
+    drawing.saveas(tmp_path / "a.dxf")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        assert formats.read_dxf(tmp_path / "a.dxf").layers == [*shown, "STONE"]
+    assert any("'OLD' is off or frozen" in str(w.message) for w in said) == (hide == "freeze")
+    # asked for by its name a layer is read, frozen or not
+    assert formats.read_dxf(tmp_path / "a.dxf", layers="stone").layers == ["STONE", "STONE"]
 
 
 def test_dxf_arcs_become_chords_within_flatness(tmp_path):

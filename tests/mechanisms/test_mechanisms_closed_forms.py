@@ -10,7 +10,7 @@ from thrust_lines import thinnest
 import mechanisms as me
 from mechanisms.friction import edge_radii
 from mechanisms.optimum import ratio, smallest_ratio
-from mechanisms.out_of_plane import rocking_terms
+from mechanisms.facade_rocking import rocking_terms
 
 ROUND = me.Facade(
     length=3.0,

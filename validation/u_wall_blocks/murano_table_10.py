@@ -14,7 +14,7 @@ from limitmason.errors import InputError
 from mechanisms.flexure import horizontal_flexure
 from mechanisms.friction import FrictionSums
 from mechanisms.optimum import ratio
-from mechanisms.out_of_plane import compound_rocking, rocking_terms, simple_rocking
+from mechanisms.facade_rocking import compound_rocking, rocking_terms, simple_rocking
 from mechanisms.parameters import Facade
 
 DENSITY = 2450.0

@@ -9,4 +9,5 @@ list in units of the noise, with what is recorded), ``shared_noise`` (noise that
 and causes that are kept), ``discrepancy``, ``evidence_by_kind`` and ``missing`` (what a name is held against),
 ``judge`` (all of it, to one ``verdict``). ``estimate``, ``gain``, ``checks`` and ``plan`` read a verdict or a design
 afterwards.
+It gives no posterior probabilities: p values are those of the bootstrap.
 """

@@ -14,7 +14,7 @@ from limitmason.answers.curve import Curve
 from limitmason.build import wall as running_wall
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.tables import names_in, read_description, read_options, read_shown, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -169,7 +169,7 @@ def assembly(test: Experiment) -> Assembly:
     )
     if unit is not None:
         wall = wall.with_material(unit, blocks=[b.name for b in wall.blocks if b.name != BEAM])
-    return signed(wall, test)
+    return with_source(wall, test)
 
 
 def drive(test: Experiment) -> Drive:

@@ -12,7 +12,7 @@ from limitmason.errors import InputError
 from limitmason.experiments import tables
 from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES, panel, read_outline
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint, LostBy
 from limitmason.model.load import Loads
@@ -113,7 +113,7 @@ def assembly(test: Experiment) -> Assembly:
         read_outline(options["outline"]), _LONG_SPAN if test.specimen == "L1" else _SPAN, joint(test), brick,
         start=options["start"], bearing=options["bearing"],
     )
-    return signed(built, test)
+    return with_source(built, test)
 
 
 def joint(test: Experiment) -> Joint:

@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from limitmason.build import layout
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.tables import names_in, read_description, read_options, read_shown, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -121,7 +121,7 @@ def assembly(test: Experiment) -> Assembly:
     if options["rounding"]:
         # along the courses, not through the thickness
         wall = wall.with_contact_ends_pulled_in(options["rounding"], direction=(0, 1, 0))
-    return signed(wall, test)
+    return with_source(wall, test)
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:

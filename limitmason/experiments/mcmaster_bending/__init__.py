@@ -15,7 +15,7 @@ from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.experiments import tables
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.geometry import box, polygon_area_centroid, prism
 from limitmason.geometry.polygon import clip_convex
 from limitmason.model.assembly import Assembly
@@ -140,7 +140,7 @@ def assembly(test: Experiment) -> Assembly:
         return pin if bar == left_support else roller
 
     laid = (replace(i, joint=law(i.block_a, i.block_b, i.joint)) for i in whole.interfaces)
-    return signed(whole.with_interfaces(laid), test)
+    return with_source(whole.with_interfaces(laid), test)
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:

@@ -14,7 +14,7 @@ from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.experiments import tables
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -140,7 +140,7 @@ def assembly(test: Experiment) -> Assembly:
     )
     if options["beam_rotation"] == "held":
         wall = wall.with_supports([Support(BEAM, dofs=("ry",))])
-    return signed(wall, test)
+    return with_source(wall, test)
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:

@@ -18,7 +18,7 @@ from limitmason.build import wall as running_wall
 from limitmason.errors import InputError
 from limitmason.experiments.modern_walls.inputs import complete, has_shear_span, inputs_of
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.tables import names_in, read_description, read_options, read_shown, read_source, read_table
 from limitmason.mechanics.pier_strength import SLENDEREST
 from limitmason.model.assembly import Assembly
@@ -173,7 +173,7 @@ def assembly(test: Experiment) -> Assembly:
     )
     if options["rotation"] == "as tested" and shear_span(test) == HELD:
         wall = replace(wall, supports=(*wall.supports, Support(BEAM, dofs=("ry",))))
-    return signed(wall, test)
+    return with_source(wall, test)
 
 
 def elastic(test: Experiment, joint: Joint, spacing: float, kind: str) -> Joint:
@@ -206,10 +206,10 @@ def elastic(test: Experiment, joint: Joint, spacing: float, kind: str) -> Joint:
 
 
 def moduli(test: Experiment) -> tuple[float, float]:
-    """E and G of the wall of an experiment [Pa], printed or of ``CODE_MODULI``."""
+    """E and G of the wall of an experiment [Pa], printed or of ``CODE_MODULI`` with fc as chosen."""
     over_strength, shear_share = CODE_MODULI
     row = test.row
-    modulus = 1e6 * (float(row["E"]) if row["E"] else over_strength * inputs_of(row)["fc"].value)
+    modulus = 1e6 * (float(row["E"]) if row["E"] else over_strength * value(test, "fc"))
     return modulus, 1e6 * float(row["G"]) if row["G"] else shear_share * modulus
 
 

@@ -10,7 +10,7 @@ from typing import Any
 from limitmason.build import wall as running_wall
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, signed
+from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.tables import names_in, read_description, read_options, read_shown, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -117,7 +117,7 @@ def assembly(test: Experiment) -> Assembly:
         header_every=(int(options["header_courses"]), int(options["header_positions"])),
         joint=joint, joints={"base": ground}, density=float(given["density"]),
     )
-    return signed(wall, test)
+    return with_source(wall, test)
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:

@@ -5,7 +5,7 @@ from typing import Any
 from limitmason.build import layout
 from limitmason.experiments import tables
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, TargetValue, chosen_options, signed
+from limitmason.experiments.record import Experiment, TargetValue, chosen_options, with_source
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -88,7 +88,7 @@ def assembly(test: Experiment) -> Assembly:
     whole = options["column"] == "fixed"
     # its lowest block belongs to the bottom course, which is held already
     column = [b.name for b in wall.blocks if b.name.startswith("column-") and b.name != "column-1"]
-    return signed(wall.with_supports([Support(n, translations=True, rotations=whole) for n in column]), test)
+    return with_source(wall.with_supports([Support(n, translations=True, rotations=whole) for n in column]), test)
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:

@@ -179,17 +179,18 @@ class BoundedProgram:
         velocity : bound of every scaled velocity, shape (r,)
         normal_low : least N' of every point, in mean block loads, shape (m,)
         """
-        p, m, n, g = self.programs, self.programs.m, self.programs.n, len(self.first)
-        law = p.law
-        # velocities (v, z+, z-), one sliding rate per group
+        programs, m, n, g = self.programs, self.programs.m, self.programs.n, len(self.first)
+        law = programs.law
+        # n velocities of blocks and two sliding rates a group: (v, z+, z-)
         eye = sparse.eye_array(g)
-        sliding = sparse.csr_array(sparse.hstack([p.tangent.T.tocsr()[self.first], eye, -eye]))
+        sliding = sparse.csr_array(sparse.hstack([programs.tangent.T.tocsr()[self.first], eye, -eye]))
         psi = sparse.diags_array(law.tan_psi) @ self.spread
-        opens = sparse.csr_array(sparse.hstack([p.normal.T, -psi, -psi]))
+        # p = N^T v - tan(psi) (z+ + z-), which is not negative
+        opens = sparse.csr_array(sparse.hstack([programs.normal.T, -psi, -psi]))
         live = np.concatenate([law.live / law.live_size, np.zeros(2 * g)])
         # lambda live . v = -dead . v + sum (c' + (tan phi - tan psi) N') |e_t|, with N' not below its smallest value
-        least = self._power(law.cohesion / p.unit + (law.tan_phi - law.tan_psi) * normal_low)
-        reach = np.abs(p.tangent).T @ velocity  # no point slides faster, whatever the motion
+        least = self._power(law.cohesion / programs.unit + (law.tan_phi - law.tan_psi) * normal_low)
+        reach = np.abs(programs.tangent).T @ velocity  # no point slides faster, whatever the motion
         top = np.concatenate([reach[self.first], reach[self.first]])
         model = make_model(
             np.zeros(n + 2 * g), sparse.vstack([sliding, opens, live[None, :], least[None, :]]),
@@ -197,11 +198,11 @@ class BoundedProgram:
             np.concatenate([np.zeros(g), np.full(m, INF), [1.0, self.high]]),
             np.concatenate([-velocity, np.zeros(2 * g)]), np.concatenate([velocity, top]),
         )
-        rate = np.hstack([p.tangent.T.toarray()[self.first], np.zeros((g, 2 * g))])
+        rate = np.hstack([programs.tangent.T.toarray()[self.first], np.zeros((g, 2 * g))])
         slip = np.array([_maxima(model, -rate), _maxima(model, rate)])
         opening = _maxima(model, opens.toarray())
         slip = np.minimum(np.maximum(slip, 0.0), top.reshape(2, g))
-        return slip, np.clip(opening, 0.0, np.abs(p.normal).T @ velocity)
+        return slip, np.clip(opening, 0.0, np.abs(programs.normal).T @ velocity)
 
     def _power(self, resistance: Array) -> Array:
         """Row of -dead . v + sum resistance |e_t| over (v, z+, z-), in units of the multiplier, shape (n + 2 g,).

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from limitmason.arrays import Array, Flags, Index
-from limitmason.continuum.crack_energy import ALONG, across_cracks
+from limitmason.continuum.excess_crack_energy import ALONG, across_cracks
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.rotating_crack import tensor
 
