@@ -11,6 +11,7 @@ from limitmason.mechanics.pier_strength import CircularPierForces, WallForces, c
 from mechanisms.arch import ArchLimit, arch_limit
 from mechanisms.catalogue import NAMES, catalogue, smallest
 from mechanisms.classical import inclined_hinge, overturning, rigid_block, rondelet_thickness, sliding, stack
+from mechanisms.facade_rocking import compound_rocking, simple_rocking
 from mechanisms.flexure import horizontal_flexure
 from mechanisms.friction import (
     FrictionSums,
@@ -21,7 +22,6 @@ from mechanisms.friction import (
 )
 from mechanisms.in_plane import slender_wall, sloping_crack, sloping_crack_limit, stepped_crack
 from mechanisms.light_damage import LightDamage, light_damage
-from mechanisms.facade_rocking import compound_rocking, simple_rocking
 from mechanisms.parameters import Facade
 from mechanisms.virtual_work_check import PowerBalance, check_contacts, flexure_power, rocking_power
 

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from limitmason.arrays import Array, Flags, Index
-from limitmason.continuum.excess_crack_energy import ALONG, across_cracks
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
+from limitmason.continuum.excess_crack_energy import ALONG, across_cracks
 from limitmason.continuum.rotating_crack import tensor
 
 _EQUAL = 2e-4  # of the strength: bricks this near to each other are equally near to it

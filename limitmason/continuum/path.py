@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.checks import positive
+from limitmason.continuum.equilibrium import NEWTON, EquilibriumState, Solver
 from limitmason.continuum.excess_crack_energy import crack_energy
 from limitmason.continuum.first_to_crack import EqualBricks
-from limitmason.continuum.equilibrium import NEWTON, EquilibriumState, Solver
 from limitmason.continuum.result import SolidCurve, curve_of
 from limitmason.continuum.solid import Continuum
 from limitmason.display.progress import reached, watched

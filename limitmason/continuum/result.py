@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.curve import Curve, Energy, Event
 from limitmason.arrays import Array
-from limitmason.continuum.excess_crack_energy import CrackEnergy, crack_energy
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
+from limitmason.continuum.excess_crack_energy import CrackEnergy, crack_energy
 from limitmason.continuum.papers import PAPERS
 from limitmason.continuum.rotating_crack import Memory, strain_tensor
 from limitmason.continuum.solid import Continuum, vibrating

@@ -2,9 +2,9 @@
 
 import base64
 import math
-import warnings
 import subprocess
 import sys
+import warnings
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np

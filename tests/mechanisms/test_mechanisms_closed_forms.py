@@ -8,9 +8,9 @@ import pytest
 from thrust_lines import thinnest
 
 import mechanisms as me
+from mechanisms.facade_rocking import rocking_terms
 from mechanisms.friction import edge_radii
 from mechanisms.optimum import ratio, smallest_ratio
-from mechanisms.facade_rocking import rocking_terms
 
 ROUND = me.Facade(
     length=3.0,

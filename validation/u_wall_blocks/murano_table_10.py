@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from limitmason.errors import InputError
+from mechanisms.facade_rocking import compound_rocking, rocking_terms, simple_rocking
 from mechanisms.flexure import horizontal_flexure
 from mechanisms.friction import FrictionSums
 from mechanisms.optimum import ratio
-from mechanisms.facade_rocking import compound_rocking, rocking_terms, simple_rocking
 from mechanisms.parameters import Facade
 
 DENSITY = 2450.0
