@@ -80,8 +80,9 @@ class PathLoads(NamedTuple):
     def load_tangent(self, pose: Pose, multiplier: float) -> Array:
         """Change of the wrenches of the turning blocks with their motions, shape (l, d, d).
 
-        Rows of motions that are held are left to the caller. With P = sum of x f^T, x = R (1 + G) r, a spin d makes d(M) = sum of (d x x) x f = (P - tr(P) 1) d. A shape
-        makes sum of (R G_k r) x f; so much does a spin change the force on the shape, since forces have a potential.
+        Rows of motions that are held are left to the caller. With P = sum of x f^T, x = R (1 + G) r, a spin d makes
+        d(M) = sum of (d x x) x f = (P - tr(P) 1) d. A shape makes sum of (R G_k r) x f. So much does a spin change the
+        force on the shape, since forces have a potential.
 
         Parameters
         ----------

@@ -93,8 +93,8 @@ def push(
     cracks where strength is reached first, not where stones part. Energy is independent of the mesh where bricks are
     cubes: a crack across a flat brick has its thickness for a band, not the cube root of its volume. Of a row of
     bricks that one step would crack together one cracks, and a bar takes the energy of one crack, see
-    :class:`limitmason.continuum.first_to_crack.EqualBricks`. Where bricks of a row must begin together, as in the middle
-    of a beam, they go on together, on a path of more energy, and rows of points of a brick of 20 nodes may crack
+    :class:`limitmason.continuum.first_to_crack.EqualBricks`. Where bricks of a row must begin together, as in the
+    middle of a beam, they go on together, on a path of more energy, and rows of points of a brick of 20 nodes may crack
     alone, with less. The curve warns where its cracks took 3 % more or less than single ones of their openings would,
     see :class:`limitmason.continuum.excess_crack_energy.CrackEnergy`.
     """
