@@ -147,7 +147,7 @@ class PushCurve(Curve, JointMarks):
     def first_crack(self, width: float, kind: str | None = None) -> JointPoint | None:
         """Where an opening first reaches a width, in joints of one kind; None where none does.
 
-        Between two samples it grows in a line. Of several that reach it there, the widest at the later one is taken.
+        Between two samples openings grow in a line. Of several joints that reach the width there, the first is taken.
 
         Parameters
         ----------
@@ -161,12 +161,14 @@ class PushCurve(Curve, JointMarks):
         if not hit.any():
             return None
         u, f, i = self.displacement, self.load, int(np.argmax(hit))
-        k = int(np.argmax(wide[i]))
         if i == 0:
+            k = int(np.argmax(wide[0]))
             # open under own weight already
             return JointPoint(0, float(u[0]), float(f[0]), self._joint(k), value=float(wide[0, k]))
-        # in a line between the sample that shows it and the one before
-        part = (width - wide[i - 1, k]) / (wide[i, k] - wide[i - 1, k])
+        # in a line between the sample that shows it and the one before, at which no joint was so wide
+        late = np.flatnonzero(wide[i] >= width)
+        parts = (width - wide[i - 1, late]) / (wide[i, late] - wide[i - 1, late])
+        k, part = int(late[np.argmin(parts)]), float(parts.min())
         return JointPoint(
             index=i, displacement=float(u[i - 1] + part * (u[i] - u[i - 1])),
             load=float(f[i - 1] + part * (f[i] - f[i - 1])), where=self._joint(k), value=float(wide[i, k]),

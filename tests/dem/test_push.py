@@ -2,6 +2,7 @@
 
 import math
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -99,6 +100,13 @@ def test_a_slender_pier_rocks_at_its_weight_times_half_base_over_height():
     assert curve.mode.name == "rocking"
     assert curve.first_crack(0.1e-3, "base").where.startswith("base joint")
     assert curve.first_crack(0.1e-3, "head") is None
+    # joint 1 opens from 80 to 110 micrometres while joint 0 opens from none to 120: joint 1 is at 100 first, at 2/3
+    opening = np.zeros_like(curve.opening)
+    opening[3, 1], opening[4:, :2] = 80e-6, (120e-6, 110e-6)
+    first = replace(curve, opening=opening).first_crack(0.1e-3)
+    assert first.where == replace(curve, opening=opening * np.eye(1, opening.shape[1], 1)).first_crack(0.1e-3).where
+    u = curve.displacement
+    assert first.displacement == pytest.approx(u[3] + 2.0 / 3.0 * (u[4] - u[3]), rel=1e-12)
 
 
 def test_a_bonded_row_between_jambs_fails_as_soldiers_bend():
