@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eig, svd
 
 from limitmason.arrays import Array, Flags
-from limitmason.checks import choice, positive
+from limitmason.checks import choice, numbers, positive
+from limitmason.checks import count as whole
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError, NotConverged
 from limitmason.storage.frozen import ReadOnly
@@ -26,6 +27,7 @@ METHODS = ("fdd", "ssi")
 # chosen, not derived
 _NYQUIST = 0.45  # of the sampling frequency: top of the band by default, a tenth below what samples can tell
 _SEGMENTS = 2  # segments of a spectrum at least: the mean of one is the noise itself
+_FEWEST = 8  # samples of a segment at least: a peak is told from what lies beside it
 _PER_LAG = 8  # samples for each block row at least
 _PROMINENCE = 0.7  # natural logarithm by which a peak rises above what is beside it: a factor of two
 _FLOOR = 1e-12  # of the largest singular value: lines below are below any noise
@@ -107,16 +109,20 @@ def identify_modes(
     if y.ndim != 2 or not np.isfinite(y).all():
         raise InputError(f"signals must be finite, one column per channel, got shape {y.shape}")
     positive("step between samples", step, "s")
+    for name, value, least in (("count", count, 1), ("lines", lines, _FEWEST), ("order", order, 2), ("lags", lags, 2)):
+        whole(name, value, least)
     if len(y) < max(_SEGMENTS * lines, _PER_LAG * lags):
         raise InputError(
             f"{len(y)} samples are too few: {_SEGMENTS} segments of {lines} and {_PER_LAG} x {lags} lags are needed"
         )
     choice("method", method, METHODS)
-    if count < 1 or order < 2 or lags < 2 or lags * y.shape[1] <= order:
-        raise InputError("count must be at least 1, and order at least 2 and below lags times channels")
+    if lags * y.shape[1] <= order:
+        raise InputError(f"order must lie below lags times channels, {lags * y.shape[1]}, got {order!r}")
     y = y - y.mean(axis=0)
     if not (y.std(axis=0) > 0.0).all():
         raise InputError(f"channel {int(np.argmin(y.std(axis=0)))} does not move")
+    if band is not None and numbers("band", band).shape != (2,):
+        raise InputError(f"band must be a lowest and a highest frequency [Hz], got {band!r}")
     low, high = band or (0.0, _NYQUIST / step)
     if not 0.0 <= low < high <= 0.5 / step:
         raise InputError(f"band must lie between 0 and {0.5 / step:g} Hz, got {band!r}")
