@@ -125,7 +125,8 @@ def test_wrong_input_is_refused(runs):
     signals = runs[0][0]
     for wrong, message in (
         ({"method": "magic"}, "method"), ({"band": (1.0, 90.0)}, "band"), ({"count": 0}, "count"),
-        ({"lines": 20000}, "too few"), ({"lines": 0}, "lines"), ({"lines": 256.5}, "lines"), ({"order": "high"}, "order"),
+        ({"lines": 20000}, "too few"), ({"lines": 0}, "lines"), ({"lines": 256.5}, "lines"),
+        ({"order": "high"}, "order"),
         ({"order": 1000}, "order must lie below"), ({"band": 3.0}, "band"), ({"band": (1.0, 2.0, 3.0)}, "band"),
     ):
         with pytest.raises(InputError, match=message):
