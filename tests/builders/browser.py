@@ -3,12 +3,14 @@
 import base64
 import json
 import os
+import select
 import shutil
 import subprocess
 import time
 from pathlib import Path
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
+ANSWER = 120.0  # what the browser may take to say anything [s]
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-dev-shm-usage",
@@ -56,6 +58,7 @@ class Browser:
 
     def _read(self):
         while b"\0" not in self._left:
+            assert select.select([self._from], [], [], ANSWER)[0], f"the browser says nothing for {ANSWER:g} s"
             data = os.read(self._from, 1 << 20)
             assert data, "the browser ended"
             self._left += data

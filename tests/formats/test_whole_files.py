@@ -7,6 +7,7 @@ import time
 
 import numpy as np
 import pytest
+from processes import ended, ready, together
 
 import dem
 import limitmason as lm
@@ -56,10 +57,10 @@ def test_a_disk_that_is_full_leaves_the_old_file_whole(tmp_path, name):
     before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
     context = mp.get_context("fork")
     said = context.Queue()
-    child = context.Process(target=limited, args=(write, path, column("another"), said))
+    child = context.Process(target=limited, args=(write, path, column("another"), said), daemon=True)
     child.start()
     words = said.get(timeout=120)
-    child.join()
+    ended(child)
     assert name in words
     assert "as it was" in words
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
@@ -76,22 +77,16 @@ def test_half_of_a_character_in_a_name_is_refused_and_the_old_file_stays(tmp_pat
     assert not [p.name for p in tmp_path.iterdir() if p.suffix == ".part"]
 
 
-def many(path, text, barrier):
-    barrier.wait()
+def many(pipe, path, text):
+    ready(pipe)
     for _ in range(50):
         files.write_text(path, text)
 
 
 def test_two_processes_that_write_one_file_leave_one_whole_one(tmp_path):
-    context, path = mp.get_context("fork"), tmp_path / "new" / "text"
-    barrier = context.Barrier(2)
-    texts = ["a" * 100_000, "b" * 100_000]
-    children = [context.Process(target=many, args=(path, text, barrier)) for text in texts]
-    for child in children:
-        child.start()
-    for child in children:
-        child.join()
-    assert [c.exitcode for c in children] == [0, 0]
+    path, texts = tmp_path / "new" / "text", ["a" * 100_000, "b" * 100_000]
+    children, _ = together(many, [(path, text) for text in texts])
+    assert [ended(child) for child in children] == [0, 0]
     assert path.read_text() in texts
     assert [p.name for p in path.parent.iterdir()] == ["text"]
 
@@ -159,33 +154,30 @@ def pushed(path=None):
     return dem.push(column(), drive, to=1e-4, steps=200, samples=10, rate_check=False, checkpoint=path)
 
 
-def push(path, barrier, failed):
-    barrier.wait()
+def push(pipe, path):
+    ready(pipe)
     try:
         pushed(path)
+        pipe.send("pushed")
     except Exception as error:
-        failed.put(repr(error))
+        pipe.send(repr(error))
 
 
 @pytest.mark.slow
 def test_two_pushes_on_one_checkpoint_both_come_to_their_end_or_leave_what_goes_on_if_killed(tmp_path):
-    context = mp.get_context("fork")
     alone = pushed()
     begun, _ = time.perf_counter(), pushed()
     took = time.perf_counter() - begun
     for start in range(8):
-        barrier, failed = context.Barrier(3), context.Queue()
-        arguments = (tmp_path / f"run{start}.npz", barrier, failed)
-        children = [context.Process(target=push, args=arguments) for _ in range(2)]
-        for child in children:
-            child.start()
-        barrier.wait()  # else one that is killed before keeps the other waiting
-        for child in children[: start // 3]:  # none, one, both
+        path = tmp_path / f"run{start}.npz"
+        children, pipes = together(push, [(path,), (path,)])
+        killed = start // 3  # none, one, both
+        for child in children[:killed]:
             time.sleep(0.3 * (1 + start % 3) * took)
             child.kill()
+        assert [pipe.recv() for pipe in pipes[killed:]] == ["pushed"] * (2 - killed)
         for child in children:
-            child.join()
-        assert failed.empty(), failed.get()
-        again = pushed(arguments[0])
+            ended(child)
+        again = pushed(path)
         assert np.array_equal(again.load, alone.load)
         assert np.array_equal(again.displacement, alone.displacement)

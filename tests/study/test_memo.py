@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from processes import ended, ready, together
 
 import dem
 import limitmason as lm
@@ -237,28 +238,24 @@ def test_compare_keeps_answers_of_every_material_apart(tmp_path):
 # ---- the file --------------------------------------------------------------------------------------------------------
 
 
-def begin(path, barrier, who, said):
-    barrier.wait()
+def begin(pipe, path, who):
+    ready(pipe)
     try:
         memo = Memo(path, "k")
         for k in range(5):
             memo.keep(10 * who + k, {"y": k})
-        said.put(None)
+        pipe.send(None)
     except Exception as error:
-        said.put(repr(error))
+        pipe.send(repr(error))
 
 
 @pytest.mark.slow
 def test_two_processes_begin_one_new_file_and_no_row_is_lost(tmp_path):
-    context = mp.get_context("fork")
     for trial in range(40):
-        barrier, said, path = context.Barrier(2), context.Queue(), tmp_path / "new" / f"{trial}"
-        children = [context.Process(target=begin, args=(path, barrier, who, said)) for who in (0, 1)]
-        for child in children:
-            child.start()
-        assert [said.get(timeout=60) for _ in children] == [None, None]
-        for child in children:
-            child.join()
+        path = tmp_path / "new" / f"{trial}"
+        children, pipes = together(begin, [(path, 0), (path, 1)])
+        assert [pipe.recv() for pipe in pipes] == [None, None]
+        assert [ended(child) for child in children] == [0, 0]
         memo = Memo(path, "k")
         assert sorted(json.loads(key) for key in memo.rows) == [0, 1, 2, 3, 4, 10, 11, 12, 13, 14]
 
@@ -326,10 +323,10 @@ def on_a_full_disk(path, said):
 def test_a_full_disk_keeps_what_was_written_and_says_so(tmp_path):
     path, context = tmp_path / "rows", mp.get_context("fork")
     said = context.Queue()
-    child = context.Process(target=on_a_full_disk, args=(path, said))
+    child = context.Process(target=on_a_full_disk, args=(path, said), daemon=True)
     child.start()
     rows, words = said.get(timeout=60)
-    child.join()
+    ended(child)
     assert "rows" in words
     assert "make room" in words
     assert 0 < rows == len(Memo(path, "k", kind=dict)) < 100
