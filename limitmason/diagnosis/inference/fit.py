@@ -246,6 +246,17 @@ class _Found:
     loss: Array
     penalty: Array
 
+    def take(self, at: Index, other: _Found, which: np.ndarray) -> None:
+        """Write some fits of others over those of some data sets.
+
+        Parameters
+        ----------
+        at : numbers of the data sets
+        which : which of the other fits these are, boolean
+        """
+        for values, others in zip(vars(self).values(), vars(other).values(), strict=True):
+            values[..., at] = others[..., which]
+
 
 def _step(grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner: Sequence[Array] = ()) -> _Found:
     """One linear step from a node of the grid that each data set is fitted by.
@@ -278,6 +289,7 @@ def _try_rows_beside(grid: Grid, data: Data, found: _Found, part: slice, ranks: 
     ranks : of every node for each data set, from :func:`_best_node`
     """
     cells, line = grid.cells, np.arange(grid.shape[1])
+    numbers = np.arange(found.loglik.shape[-1])[part]
     last = grid.shape[0] - 1
     active = np.arange(len(data.y))
     for _ in range(WALK):
@@ -298,8 +310,7 @@ def _try_rows_beside(grid: Grid, data: Data, found: _Found, part: slice, ranks: 
                 continue
             other = _step([grid], some, np.zeros(len(rows), dtype=int), column)
             better = other.loglik > found.loglik[part][rows] + BETTER
-            for name, values in vars(found).items():
-                values[..., part][..., rows[better]] = getattr(other, name)[..., better]
+            found.take(numbers[rows[better]], other, better)
             moved.append(rows[better])
         active = np.unique(np.concatenate(moved)) if moved else active[:0]
 
@@ -315,7 +326,7 @@ def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> No
     owner : number of the grid of every data set, shape (b,)
     found : fits; its ``move`` is the step from the node along every axis in cells, from -0.5 to 0.5
     """
-    last, stride = (np.array([getattr(g.cells, name) for g in grids]) for name in ("last", "stride"))
+    last, stride = np.array([g.cells.last for g in grids]), np.array([g.cells.stride for g in grids])
     active = np.arange(len(owner))
     for _ in range(WALK):
         active = active[(np.abs(found.move[:, active]) >= EDGE).any(axis=0)]
@@ -331,5 +342,4 @@ def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> No
         other = _step(grids, some, owner[active], column)
         better = other.loglik > found.loglik[active] + BETTER
         active = active[better]
-        for name, values in vars(found).items():
-            values[..., active] = getattr(other, name)[..., better]
+        found.take(active, other, better)
