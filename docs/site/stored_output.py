@@ -22,16 +22,8 @@ PACKAGES = ("matplotlib", "numba", "numpy", "scipy", "clarabel", "highspy", "sci
 WIDTH, COLOURS = 900, 64
 """Of pictures in the gallery: at most so many pixels wide, of so many colours."""
 
-MACHINES: dict[str, str] = {
-    "three_theories_one_wall": r"(?<= solved) +[\d.]+",
-    "capacity_curve": r"\d+(?= samples)|(?<= at )[\d.e-]+(?= m)|'facade-[\d-]+'",
-}
-"""What in an example's lines is of the machine that ran it and not compared.
-
-The seconds that each theory took. The number of samples of a path, the place of its flat peak and the first joint of
-many that slides back: they hang on the last digits of sums, which differ between the process that compiles the kernels
-and those that load them.
-"""
+MACHINES: dict[str, str] = {"three_theories_one_wall": r"(?<= solved) +[\d.]+"}
+"""What in an example's lines is of the machine that ran it and not compared: the seconds that each theory took."""
 
 ROUND_OFF = 1e-6
 """Two numbers that are both smaller say nothing but that something is met: residuals, gaps, unbalances."""

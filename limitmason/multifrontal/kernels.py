@@ -10,6 +10,9 @@ Index = NDArray[np.int64]
 # a sum may be reordered so that it vectorises; not-a-number and infinity keep their meaning
 FAST = {"reassoc", "contract", "arcp", "nsz"}
 
+# such a function that another one calls is part of it (inline): else the process that compiles them adds in another
+# order than those that load them, and a path takes other steps
+
 
 @njit(cache=True)
 def extend_add(f11: Array, f21: Array, f22: Array, update: Array, place: Index) -> None:
@@ -125,7 +128,7 @@ def substitute(
                 own[j] = (own[j] - total) / column[j]
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
 def _less_columns(column: Array, columns: Array, s: int, many: int) -> None:
     """Subtract from a column of a front its multiples of those before it: a forward substitution, L y = column.
 
@@ -156,7 +159,7 @@ def _less_columns(column: Array, columns: Array, s: int, many: int) -> None:
         j += 1
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
 def _less_above(columns: Array, beside: Array, n: int, m: int) -> None:
     """Subtract from the rows beside the columns of a front their multiples of the rows above: U, then the update.
 
@@ -188,7 +191,7 @@ def _less_above(columns: Array, beside: Array, n: int, m: int) -> None:
         _less(beside[(s - 1) * m : s * m], columns, beside, s, s - 1, 0, min(s - 1, n))
 
 
-@njit(cache=True, fastmath=FAST, error_model="numpy")
+@njit(cache=True, fastmath=FAST, error_model="numpy", inline="always")
 def _less(row: Array, columns: Array, beside: Array, s: int, i: int, begin: int, end: int) -> None:
     """Subtract from row i of those beside the columns, of length s, L[i, j] times row j for begin <= j < end."""
     m = len(row)
