@@ -32,6 +32,15 @@ def together(target, arguments):
     return children, pipes
 
 
+def said(pipe):
+    """What a process said at its end; None where it was killed before."""
+    assert pipe.poll(LONGEST), f"a process says nothing for {LONGEST:g} s"
+    try:
+        return pipe.recv()
+    except (EOFError, ConnectionResetError):
+        return None
+
+
 def ended(child):
     """The exit code of a process, which must end."""
     child.join(LONGEST)

@@ -1,5 +1,9 @@
 """The factor of solids against dense algebra: order, indefinite and singular matrices, and the path it leads to."""
 
+import os
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 from scipy import sparse
@@ -239,3 +243,28 @@ def test_fronts_of_unsymmetric_values_solve_what_was_asked_with_a_border(dof):
         assert fronts.solve(*factors, right) == pytest.approx(exact, rel=1e-7, abs=1e-9)
         assert fronts.sense(*factors) == np.linalg.slogdet(matrix.toarray())[0]
     assert fronts.factors(np.zeros(pattern.nnz)) is None
+
+
+FACTORED = """
+import numpy as np
+from scipy import sparse
+from limitmason.multifrontal.unsymmetric import UnsymmetricFronts
+rng = np.random.default_rng(4)
+place = np.stack(np.meshgrid(range(9), range(9), [0.0], indexing="ij"), axis=-1).reshape(-1, 3)
+near = np.kron(np.abs(place[:, None] - place).max(axis=2) <= 1.0, np.ones((3, 3)))
+pattern = sparse.csc_matrix(np.pad(near, ((0, 1), (0, 1)), constant_values=1.0))
+fronts = UnsymmetricFronts(pattern, np.repeat(np.arange(len(place)), 3), place)
+store, pivot = fronts.factors(rng.normal(size=pattern.nnz))
+print(store.tobytes().hex(), fronts.solve(store, pivot, rng.normal(size=len(near) + 1)).tobytes().hex())
+"""
+
+
+@pytest.mark.slow
+def test_factors_have_the_same_bits_where_the_kernels_are_compiled_and_where_they_are_loaded(tmp_path):
+    fresh = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)}
+    compiled, loaded = (
+        subprocess.run([sys.executable, "-c", FACTORED], env=fresh, capture_output=True, text=True, check=True).stdout
+        for _ in range(2)
+    )
+    assert len(compiled) > 1000
+    assert compiled == loaded

@@ -1,13 +1,12 @@
 """Files are written whole or not at all, by every writer, and read with errors that name them."""
 
 import json
-import multiprocessing as mp
 import resource
 import time
 
 import numpy as np
 import pytest
-from processes import ended, ready, together
+from processes import ended, ready, said, together
 
 import dem
 import limitmason as lm
@@ -40,14 +39,15 @@ WRITERS = {
 }
 
 
-def limited(write, path, wall, said):
+def limited(pipe, write, path, wall):
     """Write with a disk that takes 8 bytes; a process of its own, as the limit stays."""
+    ready(pipe)
     resource.setrlimit(resource.RLIMIT_FSIZE, (8, 8))
     try:
         write(path, wall)
-        said.put("written")
+        pipe.send("written")
     except OSError as error:
-        said.put(str(error))
+        pipe.send(str(error))
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -55,11 +55,8 @@ def test_a_disk_that_is_full_leaves_the_old_file_whole(tmp_path, name):
     path, write = tmp_path / name, WRITERS[name]
     write(path, column())
     before = {p.name: p.read_bytes() for p in tmp_path.iterdir()}
-    context = mp.get_context("fork")
-    said = context.Queue()
-    child = context.Process(target=limited, args=(write, path, column("another"), said), daemon=True)
-    child.start()
-    words = said.get(timeout=120)
+    [child], [pipe] = together(limited, [(write, path, column("another"))])
+    words = said(pipe)
     ended(child)
     assert name in words
     assert "as it was" in words
@@ -175,7 +172,9 @@ def test_two_pushes_on_one_checkpoint_both_come_to_their_end_or_leave_what_goes_
         for child in children[:killed]:
             time.sleep(0.3 * (1 + start % 3) * took)
             child.kill()
-        assert [pipe.recv() for pipe in pipes[killed:]] == ["pushed"] * (2 - killed)
+        words = [said(pipe) for pipe in pipes]
+        assert words[killed:] == ["pushed"] * (2 - killed)
+        assert {*words} <= {"pushed", None}
         for child in children:
             ended(child)
         again = pushed(path)

@@ -5,7 +5,6 @@ import functools
 import importlib
 import json
 import math
-import multiprocessing as mp
 import os
 import resource
 import shutil
@@ -15,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from processes import ended, ready, together
+from processes import ended, ready, said, together
 
 import dem
 import limitmason as lm
@@ -244,7 +243,7 @@ def begin(pipe, path, who):
         memo = Memo(path, "k")
         for k in range(5):
             memo.keep(10 * who + k, {"y": k})
-        pipe.send(None)
+        pipe.send("kept")
     except Exception as error:
         pipe.send(repr(error))
 
@@ -254,7 +253,7 @@ def test_two_processes_begin_one_new_file_and_no_row_is_lost(tmp_path):
     for trial in range(40):
         path = tmp_path / "new" / f"{trial}"
         children, pipes = together(begin, [(path, 0), (path, 1)])
-        assert [pipe.recv() for pipe in pipes] == [None, None]
+        assert [said(pipe) for pipe in pipes] == ["kept", "kept"]
         assert [ended(child) for child in children] == [0, 0]
         memo = Memo(path, "k")
         assert sorted(json.loads(key) for key in memo.rows) == [0, 1, 2, 3, 4, 10, 11, 12, 13, 14]
@@ -310,22 +309,21 @@ def test_what_is_no_row_is_refused_by_file_and_line(tmp_path, change, words):
         Memo(tmp_path)
 
 
-def on_a_full_disk(path, said):
+def on_a_full_disk(pipe, path):
+    ready(pipe)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))
     memo = Memo(path, "k", kind=dict)
     try:
         for k in range(100):
             memo.keep(k, {"y": k / 3, "t": "é" * 20, "none": math.nan})
     except OSError as error:
-        said.put((len(memo), str(error)))
+        pipe.send((len(memo), str(error)))
 
 
 def test_a_full_disk_keeps_what_was_written_and_says_so(tmp_path):
-    path, context = tmp_path / "rows", mp.get_context("fork")
-    said = context.Queue()
-    child = context.Process(target=on_a_full_disk, args=(path, said), daemon=True)
-    child.start()
-    rows, words = said.get(timeout=60)
+    path = tmp_path / "rows"
+    [child], [pipe] = together(on_a_full_disk, [(path,)])
+    rows, words = said(pipe)
     ended(child)
     assert "rows" in words
     assert "make room" in words
