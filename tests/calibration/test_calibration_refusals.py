@@ -1,0 +1,83 @@
+"""Calibration: input that is refused, and models that do not answer, by name."""
+
+import math
+
+import pytest
+from calibrated_models import power_law
+
+import limitmason as lm
+from limitmason.calibration import Parameter, SearchSettings, calibrate
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"targets": {"q": (1.0, 0.1)}}, "returns no 'q'"),
+        ({"targets": {}}, "mapping of what was measured"),
+        ({"targets": {"a": (1.0, 0.1), "b": 2.0}}, "all or none"),
+        ({"targets": {"a": 1.0, "b": 2.0}}, "without a scatter"),
+        ({"targets": {"a": (-1.0, 0.1)}}, "not positive"),
+        ({"parameters": [Parameter("x", 1.0, (0.1, 9.0)), Parameter("w", 1.0, (0.1, 9.0))]}, "no model takes"),
+        ({"parameters": [Parameter("x", 1.0, (0.1, 9.0))]}, "the model needs 'y': give Parameter\\('y'"),
+        ({"targets": {"a": [6.3, 1.4]}}, r"write Target\(values, 0.05\)"),
+        ({"targets": {"a": (6.3, 5)}}, "5, 500 %: in the unit of the value it is .*absolute=True"),
+        ({"parameters": []}, "nothing to fit"),
+        ({"leave_out": "geometry"}, "leave_out"),
+        ({"model": "panel"}, "function of the parameters"),
+        ({"search": 3}, "search must be .*SearchSettings"),
+        ({"level": "95"}, "level"),
+    ],
+)
+def test_wrong_input_is_named(changes, message):
+    given = {"model": power_law, "targets": {"a": (6.3, 0.05), "b": (1.4, 0.1)},
+             "parameters": [Parameter("x", 1.0, (0.1, 9.0)), Parameter("y", 1.0, (0.1, 9.0))], **changes}
+    with pytest.raises(lm.errors.InputError, match=message):
+        calibrate(**given)
+
+
+def test_intervals_about_a_model_that_misses_its_targets_say_that_they_are_too_narrow():
+    # a scatter stated ten times too small: of 95 % intervals some 15 % hold the truth
+    fit = calibrate(power_law, {"a": (6.3, 0.005), "b": (1.4, 0.005)}, [Parameter("x", 1.0, (0.1, 2.0)),
+                                                                        Parameter("y", 1.0, (0.9, 1.1))], level=None)
+    assert fit.misfit > 100.0
+    assert "the intervals hold the true values less often than they say" in str(fit)
+
+
+def test_model_that_never_answers_says_why():
+    def model(x):
+        raise lm.errors.NotConverged("no balance found")
+
+    with pytest.raises(lm.errors.NotConverged, match="no balance found"):
+        calibrate(model, {"a": (1.0, 0.1)}, [Parameter("x", 1.0, (0.1, 9.0))])
+
+
+@pytest.mark.parametrize("starts", [1, 4])
+def test_a_target_without_a_number_is_an_error_that_names_it(starts):
+    """The others alone would be met to the last digit, at a misfit of 30 deviations squared for this one."""
+    targets, x = {"a": (2.0, 0.1), "b": (3.0, 0.1)}, [Parameter("x", 1.0, (0.1, 9.0))]
+    effort = SearchSettings(starts=starts)
+    with pytest.raises(lm.errors.NotConverged, match="no number for 'b' .*0 of .* leave the target out"):
+        calibrate(lambda x: {"a": x, "b": math.nan}, targets, x, search=effort)
+    with pytest.raises(lm.errors.NotConverged, match="no number for 'b' .* not positive"):
+        calibrate(lambda x: {"a": x, "b": -x}, targets, x, search=effort)
+
+
+def test_a_target_whose_model_refuses_says_why():
+    def refuses(x):
+        raise lm.errors.NotApplicable("beyond the theory")
+
+    models = {"one": lambda x: {"a": x}, "other": refuses}
+    targets = {"one": {"a": (2.0, 0.1)}, "other": {"b": (3.0, 0.1)}}
+    with pytest.raises(lm.errors.NotConverged, match="for 'b' .*NotApplicable: beyond the theory"):
+        calibrate(models, targets, [Parameter("x", 1.0, (0.1, 9.0))])
+
+
+def test_region_without_an_answer_is_a_wall():
+    def model(x):
+        if x > 4.0:
+            raise lm.errors.NotApplicable("beyond four")
+        return {"a": x}
+
+    fit = calibrate(model, {"a": (3.9, 0.1)}, [Parameter("x", 1.0, (0.1, 9.0))], leave_out=None)
+    assert fit.parameters["x"] == pytest.approx(3.9, rel=1e-4)
+    assert fit.interval["x"][1] == pytest.approx(4.0, rel=1e-2)
