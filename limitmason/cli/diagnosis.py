@@ -256,14 +256,13 @@ def load_object(text: str, what: str) -> Any:
     InputError
         Naming what is not found. An error of the module itself comes through as it is, with a note.
     """
-    from limitmason.diagnosis.simulator import note_user_code
-
-    module, _, name = text.rpartition(":")
+    module = text.rpartition(":")[0]
     path = Path(module)
     is_file = path.suffix == ".py"
     folder = str(path.resolve().parent if is_file else Path.cwd())
     if is_file and not path.exists():
         raise InputError(f"{what} {text}: there is no file {module}")
+    before = list(sys.path)
     if folder not in sys.path:
         sys.path.insert(0, folder)  # stays: worker processes import the same module
     if path.stem in _FROM_FILES and _file_of(sys.modules.get(path.stem)) != path.resolve():
@@ -271,6 +270,27 @@ def load_object(text: str, what: str) -> Any:
         sys.modules.pop(path.stem, None)
         sys.path.remove(folder)
         sys.path.insert(0, folder)
+    try:
+        return _imported(text, what)
+    except Exception:
+        # the folder of a file that is refused must not hide modules of its names from processes that start later
+        sys.path[:] = before
+        raise
+
+
+def _imported(text: str, what: str) -> Any:
+    """The object, as :func:`load_object`, whose folder is on the path.
+
+    Parameters
+    ----------
+    text : as typed
+    what : the option, for errors
+    """
+    from limitmason.diagnosis.simulator import note_user_code
+
+    module, _, name = text.rpartition(":")
+    path = Path(module)
+    is_file = path.suffix == ".py"
     try:
         found = import_module(path.stem if is_file else module)
     except ModuleNotFoundError as error:

@@ -1,7 +1,7 @@
 """Steps shared by two threads: the same bits as one thread's, energies, interrupts, and who may share."""
 
 import threading
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 
 import numpy as np
@@ -152,5 +152,6 @@ def test_one_thread_in_workers_and_where_numba_has_one(monkeypatch):
     assert here == (2 if threading.current_thread() is threading.main_thread() else 1)
     monkeypatch.setitem(vars(team.config), "NUMBA_NUM_THREADS", 1)
     assert kernels.threads_allowed() == 1
-    with get_context("spawn").Pool(1) as pool:
-        assert pool.apply(kernels.threads_allowed) == 1
+    # an executor says when its process dies; a pool would wait for ever for what that process had taken
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        assert pool.submit(kernels.threads_allowed).result() == 1

@@ -1,5 +1,6 @@
 """The user's own simulator: its errors keep type and traceback, and a parameter that it ignores is named."""
 
+import sys
 import traceback
 import warnings
 
@@ -129,13 +130,17 @@ def test_a_module_that_is_not_there_is_one_line(tmp_path, capsys):
     assert "give module:name or file.py:name" in err
 
 
-def test_a_file_that_is_called_as_another_module_is_not_taken_for_it(tmp_path):
+def test_a_file_that_is_called_as_another_module_is_not_taken_for_it(tmp_path, monkeypatch):
     from limitmason.cli.diagnosis import load_object
 
-    path = tmp_path / "json.py"  # imported long ago, from elsewhere
+    monkeypatch.setattr(sys, "path", list(sys.path))
+    path = tmp_path / "refused" / "json.py"  # imported long ago, from elsewhere
+    path.parent.mkdir()
     path.write_text("def median(specimen):\n    return 1.0\n")
     with pytest.raises(InputError, match="another module is called json: give the file another name"):
         load_object(f"{path}:median", "--simulate")
+    # else every process that starts from here on would take this file for json
+    assert str(path.parent) not in sys.path
     own = tmp_path / "median_of_my_own.py"
     own.write_text(path.read_text())
     assert load_object(f"{own}:median", "--simulate")(None) == 1.0
