@@ -22,7 +22,7 @@ from limitmason.storage.interrupts import ends_early
 _TRIES = 12
 """Short steps towards a limit point that then does not come: chosen."""
 
-_BEYOND = (1e-3, 3e-3, 1e-2)
+_BEYOND = (1e-5, 1e-4, 1e-3, 3e-3, 1e-2)
 """Jumps that are tried where no short step goes on, over the median block size [-]: chosen."""
 
 _OVER = 0.01
@@ -149,6 +149,10 @@ class _Path(JudgedPath):
             if new is not None:
                 return Try(system, last, move, guess, new._replace(generation=last.generation), due)
         new = stepping.step(system, last, target, begin, self.ratio, patient=patient)
+        if new is None and on is not None:
+            # what was found beyond the bend is no way from here: as long a step again, to where it is extrapolated
+            self.ahead, self.advance = None, move
+            return StepOutcome.SHORTER
         if new is None and patient:
             new = stepping.jump(system, last, target, self.ratio)
             if new is not None:

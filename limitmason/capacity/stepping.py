@@ -126,8 +126,8 @@ def step(
     """The state at the control displacement ``target`` [m], or None where it is not found.
 
     Newton's method has the first word. What it leaves is solved by programs, and by descent where they find nothing;
-    from ``MANY`` points on, and where strength falls over a length, by :func:`_ways`, and by programs only if
-    ``patient``.
+    from ``MANY`` points on, and where strength falls over a length, by :func:`_ways` alone: programs cost as much as
+    all other ways and found nothing there.
 
     Parameters
     ----------
@@ -138,30 +138,31 @@ def step(
     ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
     """
     start, load = guess if guess is not None else (node.pose, node.multiplier)
-    early = descent_first(system)
-    for way in _ways(system, patient) if early else (newton.solve,):
+    many = descent_first(system)
+    for way in _ways(system, patient) if many else (newton.solve,):
         solved = None if guess is None and way is newton.solve else way(system, start, load, node.history, target)
         if solved is not None:
             return node_of(system, solved)
-    if early and not patient:
+    if many:
         return None
     found = by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
     if found is not None:
         return node_of(system, found[0], programs=found[1])
-    solved = None if early else frozen_friction.solve(system, start, load, node.history, target)
+    solved = frozen_friction.solve(system, start, load, node.history, target)
     return None if solved is None else node_of(system, solved)
 
 
 def _ways(system: System, patient: bool) -> tuple[Callable[..., newton.Solved | None], ...]:
     """How a step of many points is looked for, in turn.
 
-    In plane an interior path finds nearly all that is there, by a quarter of the factorisations; in space it sticks
-    more often than descent does. It knows neither strengths that fall nor tension beyond the tip of the cone.
+    In plane an interior path finds nearly all that is there, by a quarter of the factorisations of descent, the way of
+    ``frozen_friction``; in space it sticks more often. It knows neither strengths that fall nor tension beyond the tip
+    of the cone.
 
     Parameters
     ----------
     system : equations of the path's blocks and points
-    patient : whether descent follows where the interior path finds nothing
+    patient : whether descent follows, in plane, where the interior path finds nothing
     """
     strength = system.law.strength
     if _falls(system) or bool((strength.tension > (1.0 + BELOW_THE_APEX) * strength.apex).any()):
@@ -291,7 +292,7 @@ def quieted(
             if found is None and way is not newton.solve:
                 solved = way(system, pose, multiplier, history, target, viscosity=eta)
                 found = None if solved is None else (solved, 0)
-        if found is None:
+        if found is None and len(system.bodies.area) < MANY:
             found = by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
         total += PROGRAMS if found is None else found[1]
         if found is None:

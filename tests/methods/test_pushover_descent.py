@@ -201,3 +201,13 @@ def test_a_wall_of_two_hundred_blocks_is_followed_without_a_jump():
     associative = lm.limit_analysis(wall, loads).collapse_multiplier
     assert 0.9 * associative < curve.load[-1] < associative
     assert math.isclose(associative, 0.4655, rel_tol=1e-3)
+
+
+def test_a_path_does_not_leap_where_what_it_found_beyond_a_bend_leads_nowhere():
+    """It crept towards that state by ever shorter steps, and leapt from .30 to .40 mm: each start lay off the path."""
+    wall = lm.build.wall(length=5.6, courses=26, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.02, 0.0))
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), to=4e-4)
+    assert curve.status == "reached"
+    assert not any("no state was found" in w for w in curve.warnings)
+    assert np.diff(curve.displacement).max() < 0.2 * 4e-4  # a step that leaps has no sample within it
+    assert curve.load[-1] > 0.99 * curve.load.max()
