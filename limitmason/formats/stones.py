@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull
 
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.formats.meshes import bodies
+from limitmason.formats.meshes import bodies, filled
 from limitmason.geometry import Solid
 from limitmason.geometry.growing import Gap, grown
 from limitmason.model import Assembly, Joint
@@ -149,7 +149,7 @@ def read_stones(
             hull = ConvexHull(body.corners)
         except Exception:
             raise InputError(f"{body.name}: no volume; its points lie in one plane, or are fewer than four") from None
-        share = abs(body.volume) / float(hull.volume)
+        share = filled(body) / float(hull.volume)
         if share < convexity:
             raise InputError(
                 f"{body.name}: fills {100 * share:.0f} % of its convex hull, {100 * convexity:.0f} % asked for: split "
