@@ -18,11 +18,16 @@ from limitmason.errors import InputError
 from limitmason.formats.obj import Solids
 from limitmason.geometry import Solid
 from limitmason.geometry.shells import Shell, bodies_of_triangles, with_hollows
+from limitmason.model.plausibility import warn
 from limitmason.storage.files import needed
 
 MESHES = (".ply", ".stl", ".obj", ".off")
 _TURNS = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
 """By the axis of a file that points up: the axes that become x, y and z, and their signs, right-handed."""
+
+
+_ROUNDED = 1e-3
+"""Rounding of corners over the least side of a body from which on a file is warned of; chosen."""
 
 
 class MeshBody(NamedTuple):
@@ -107,9 +112,33 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
         shells = bodies_of_triangles(corners, triangles, whole=len(files) > 1)
         if not shells:
             raise InputError(f"{name}{suffix}: not a mesh that can be read: none of its faces has an area")
-        yield [
+        found = [
             _body(name if len(shells) == 1 else f"{name}-{k + 1}", corners, shell) for k, shell in enumerate(shells)
         ]
+        _warn_of_precision(f"{name}{suffix}", np.array(mesh.vertices, dtype=float), scale, found)
+        yield found
+
+
+def _warn_of_precision(file: str, vertices: Array, scale: float, found: Sequence[MeshBody]) -> None:
+    """Warn of bodies far from the origin of a file in single precision, whose corners it rounds.
+
+    Parameters
+    ----------
+    file : its name
+    vertices : as the file has them, in its units, shape (n, 3)
+    scale : metres per unit of the file
+    found : bodies of the file
+    """
+    single = vertices.astype(np.float32)
+    if not file.endswith((".stl", ".ply")) or not np.array_equal(single, vertices):  # others are written in digits
+        return
+    step = scale * float(np.spacing(np.abs(single).max()))  # [m]
+    least, body = min((float(np.ptp(b.corners, axis=0).min()), b.name) for b in found)
+    if step > _ROUNDED * least:
+        warn(
+            f"{file}: so far from its origin single precision rounds corners to {step:.2g} m, and {body!r} measures "
+            f"{least:.2g} m: move the structure to the origin in the program that drew it, and export again"
+        )
 
 
 def _body(name: str, corners: Array, triangles: Index) -> MeshBody:

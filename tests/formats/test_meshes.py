@@ -1,5 +1,7 @@
 """Blocks from triangle meshes exactly as drawn: notches and hollows stay, and they collapse as closed forms say."""
 
+import re
+import warnings
 import zipfile
 from pathlib import Path
 
@@ -108,6 +110,21 @@ def test_what_is_open_stays_open_and_fills_as_much_of_its_hull_wherever_it_lies(
             lm.Assembly.from_polyhedra(solids, names=names, joint=lm.Joint(30.0))
     with pytest.raises(InputError, match="fills 83 % of its convex hull"):
         read_stones(tmp_path)
+
+
+@pytest.mark.parametrize(("away", "warned"), [(50.0, False), (5.3e6, True)])
+def test_a_file_in_single_precision_far_from_its_origin_is_warned_of(tmp_path, away, warned):
+    brick = trimesh.creation.box(bounds=[(0, 0, 0), (0.4, 0.2, 0.2)]).apply_translation((0, away, 0))
+    brick.export(tmp_path / "brick.stl")
+    brick.export(tmp_path / "brick.off")  # written in digits
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        read_solids(tmp_path / "brick.off")
+        assert not said
+        read_solids(tmp_path / "brick.stl")
+    assert [bool(re.search(r"rounds corners to 0\.5 m, and 'brick' measures", str(w.message))) for w in said] == (
+        [True] if warned else []
+    )
 
 
 def test_notes_that_systems_put_beside_files_are_no_meshes_and_bad_ones_are_named(tmp_path):
