@@ -33,6 +33,7 @@ class Field:
     default : what the call then takes
     choices : words to choose from; none where any word may stand
     first : whether it is shown at once; others are under "more"
+    alone : of "numbers", whether one that is no whole number may stand there too: 1,5 is then no pair
     """
 
     name: str
@@ -43,6 +44,7 @@ class Field:
     default: str = ""
     choices: tuple[str, ...] = ()
     first: bool = False
+    alone: bool = False
 
 
 @dataclass(frozen=True)
@@ -196,6 +198,7 @@ def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool 
         out.append(Field(
             name=name, kind=kind, unit="" if words or kind == "tick" else unit or "-", hint=hint,
             value=start.get(name, ""), default=_shown(default), choices=choices, first=name in start,
+            alone=kind == "numbers" and annotation.replace(" ", "").startswith("float|"),
         ))
     return tuple(out)
 

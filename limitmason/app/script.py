@@ -21,6 +21,7 @@ from limitmason.experiments import registry
 
 _LONGEST = 118  # characters of a line of the script
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_ONE_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 _DIGITS = 40  # characters that no number needs: longer ones stay texts, which the call refuses
 _NONE = "none"  # typed where a word may stand: None
 
@@ -204,7 +205,7 @@ def _filled(call: Call, values: Mapping[str, Any], *more: str, before: Sequence[
 
 
 def _arguments(fields: Sequence[Field], values: Mapping[str, Any]) -> list[str]:
-    """Keyword arguments of a call from the ``fields`` that are filled in; a value without a field is refused."""
+    """Keyword arguments of a call from the ``fields`` that are filled in; what has no field is refused."""
     unknown = set(values) - {f.name for f in fields}
     if unknown:
         raise InputError(f"the form has no field {sorted(unknown)[0]!r}")
@@ -213,6 +214,10 @@ def _arguments(fields: Sequence[Field], values: Mapping[str, Any]) -> list[str]:
         value = values.get(field.name, "")
         if value in ("", None, False) or (isinstance(value, str) and not value.strip()):
             continue
+        if field.alone and _ONE_COMMA.fullmatch(str(value).strip()):
+            raise InputError(
+                f"{field.name}: {value!r} may be one number or two: write a decimal point, or a blank behind the comma"
+            )
         out.append(f"{field.name}={literal(value, field.kind)}")
     return out
 

@@ -18,6 +18,7 @@ from limitmason.calibration.least_squares import SAME, Slopes
 from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.runs import Model, taken
 from limitmason.calibration.simulated import Simulated, numbers_of
+from limitmason.checks import finite
 from limitmason.diagnosis import Cause, Diagnosis, Measured, Noise, Study
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
@@ -192,16 +193,18 @@ class Fit(ReadOnly):
         Parameters
         ----------
         other : takes some of the parameters, or those tied to them; of a curve the stiffness and the peak are given
-        level : of the interval [-]; that of the fit where omitted
+        level : of the interval [-], above 0 and below 1; that of the fit where omitted
 
         Raises
         ------
         InputError
-            For a model that takes none of the parameters or gives no number.
+            For a level that is none, and a model that takes none of the parameters or gives no number.
         """
+        if level is not None and not 0.0 < finite("level", level) < 1.0:
+            raise InputError(f"level must lie between 0 and 1, got {level!r}")
         names, base, ratio, slopes = self._slopes(other)
         spread = np.sqrt(np.einsum("ij,jk,ik->i", slopes, self.information.covariance, slopes))
-        rise = self.objective.rise(self.minimum, level or self.level)
+        rise = self.objective.rise(self.minimum, self.level if level is None else level)
         reach = math.sqrt(rise / self.objective.variance(self.minimum)) * spread
         return {
             n: Predicted(v, v * math.exp(-r), v * math.exp(r)) if by_ratio else Predicted(v, v - r, v + r)

@@ -92,8 +92,10 @@ def figure_file(text: str) -> Path:
 
 
 def writable(text: str) -> Path:
-    """A path whose folder exists, checked before an analysis begins."""
+    """A path whose folder exists, and that is none itself, checked before an analysis begins."""
     path = Path(text)
+    if path.is_dir():
+        raise argparse.ArgumentTypeError(f"{text!r} is a folder: name a file")
     if not path.parent.is_dir():
         raise argparse.ArgumentTypeError(f"there is no folder {str(path.parent)!r}: make it first")
     return path

@@ -93,7 +93,7 @@ def parse_table(text: str, name: str) -> TextTable:
 
     See :mod:`limitmason.storage.csv_table`.
     """
-    header, units, rows, lines, units_line, _ = parsed(text, name)
+    header, units, rows, lines, units_line, *_ = parsed(text, name)
     if len(set(header)) < len(header):
         raise InputError(f"{name}: a column name is used twice")
     for number, row in zip([units_line, *lines], [units, *rows], strict=True):

@@ -17,6 +17,7 @@ from limitmason.arrays import Array
 from limitmason.checks import choice, positive
 from limitmason.errors import InputError
 from limitmason.geometry import Solid
+from limitmason.geometry.shells import Shell, bodies_of_faces, with_hollows
 from limitmason.model import Assembly
 from limitmason.storage.files import read_text, write_text
 
@@ -90,6 +91,8 @@ def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
     Solids
         ``solids, names``. Vertices of a block at exactly the same place are one; vertices no face uses are dropped.
         A block may have notches and holes: ``Assembly.from_polyhedra`` divides it into convex parts of one body.
+        Closed surfaces apart in an object without groups ``part-1``, ``part-2`` ... are blocks of their own, called
+        "name-1", "name-2" ...; a hollow stays in its block.
 
     Raises
     ------
@@ -107,8 +110,14 @@ def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
     blocks: dict[str, dict[str, list[tuple[int, ...]]]] = {}  # faces by block and piece
     for block, piece, face in _named(faces, Path(path).stem):
         blocks.setdefault(block, {}).setdefault(piece, []).append(face)
-    solids = [[_solid(points, piece) for piece in pieces.values()] for pieces in blocks.values()]
-    return Solids(solids, list(blocks))
+    solids: list[list[Solid]] = []
+    names: list[str] = []
+    for name, pieces in blocks.items():
+        solid = [_solid(points, piece) for piece in pieces.values()]
+        own = [[s] for s in _bodies(solid[0])] if list(pieces) == [""] else [solid]
+        solids += own
+        names += [name] if len(own) == 1 else [f"{name}-{k + 1}" for k in range(len(own))]
+    return Solids(solids, names)
 
 
 def _parsed(path: str | Path) -> tuple[list[list[float]], list[_ObjFace]]:
@@ -235,6 +244,36 @@ def _solid(points: Array, faces: list[tuple[int, ...]]) -> Solid:
         number[i] = place.setdefault(tuple(points[i].tolist()), len(place))
     vertices = np.array(list(place), dtype=float)
     return Solid(vertices, tuple(_without_repeats([number[i] for i in face]) for face in faces))
+
+
+def _bodies(solid: Solid) -> list[Solid]:
+    """The bodies of a solid that encloses several, each with its hollows, or the solid itself.
+
+    Parameters
+    ----------
+    solid : with plane faces
+    """
+    vertices, faces = solid
+    if any(len(set(f)) < len(f) or len(f) < 3 for f in faces):  # no polygons: refused by name where blocks are made
+        return [solid]
+    label = bodies_of_faces(vertices, faces)
+    if not label.any():
+        return [solid]
+    shells = []
+    for k in range(label.max() + 1):
+        own = [f for f, n in zip(faces, label, strict=True) if n == k]
+        used = np.unique(np.concatenate(own))
+        volume = sum(_fan(vertices[list(f)] - vertices[used].mean(axis=0)) for f in own)
+        shells.append((own, Shell(vertices[used], volume)))
+    grouped, lost = with_hollows(shells)
+    if lost is not None:  # turned inside out: refused by name as one solid
+        return [solid]
+    return [_solid(vertices, [f for shell in group for f in shell]) for group in grouped]
+
+
+def _fan(corners: Array) -> float:
+    """Volume of the cone from the origin to a plane face [m3], from its corners [m], shape (k, 3)."""
+    return float((np.cross(corners[1:-1], corners[2:]) @ corners[0]).sum()) / 6.0
 
 
 def _without_repeats(face: list[int]) -> tuple[int, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from numbers import Real
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -13,7 +14,7 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.formats.outlines import DrawnOutlines, Outlines, check_layers, named_layers
-from limitmason.formats.svg_paths import Line, matrix_of, numbers_of, shape_lines, viewport
+from limitmason.formats.svg_paths import Line, matrix_of, number_of, shape_lines, viewport
 from limitmason.storage.files import named_path
 
 _LABEL = "{http://www.inkscape.org/namespaces/inkscape}label"
@@ -53,8 +54,8 @@ def read_svg(
     Paths, polygons, rectangles, circles and ellipses, and lines where they form loops.
 
     The drawing's x is x, its y, which points down, becomes -z; the lowest point drawn has z = 0. Transformations and
-    copies (``use``) are applied; hidden shapes, texts and images are left out. Curves become chords. A layer is one of
-    Inkscape's, or an outermost group with a name.
+    copies (``use``) are applied; shapes hidden by attribute, style or style sheet, texts and images are left out.
+    Curves become chords. A layer is one of Inkscape's, or an outermost group with a name.
 
     Parameters
     ----------
@@ -85,13 +86,14 @@ def read_svg(
     """
     root = _root(path)
     by_id = {e.get("id", ""): e for e in root.iter()}
+    sheet = _style_sheet(root)
     outer = matrix_of(root.get("transform", ""), str(path))
     # the outermost element has the units in which the drawing is read
-    shapes = [s for child in root for s in _shapes(child, outer, None, path, by_id, _room(root), 1)]
+    shapes = [s for child in root for s in _shapes(child, outer, None, path, by_id, sheet, _room(root), 1)]
     shapes = _on_layers(shapes, layers, path)
     if scale is None:
         raise InputError(f"{path}: {_size_text(root, shapes)}; give scale=, the metres per unit (--scale)")
-    if isinstance(scale, bool) or not (np.isfinite(scale) and scale > 0.0):
+    if isinstance(scale, bool) or not isinstance(scale, Real) or not (np.isfinite(scale) and scale > 0.0):
         raise InputError(f"scale must be positive [m per unit of the drawing], got {scale!r}")
     lines = [(shape, line) for shape in shapes for line in _lines(shape, flatness / scale)]
     if not lines:
@@ -140,7 +142,7 @@ def _kind(element: ElementTree.Element) -> str:
 
 def _shapes(
     element: ElementTree.Element, matrix: Array, layer: str | None, path: str | Path,
-    by_id: dict[str, ElementTree.Element], room: tuple[float, float], depth: int = 0,
+    by_id: dict[str, ElementTree.Element], sheet: dict[str, str], room: tuple[float, float], depth: int = 0,
 ) -> Iterator[_Shape]:
     """Every visible shape in an element, itself included.
 
@@ -151,15 +153,17 @@ def _shapes(
     layer : the one in which the element lies; None for none so far
     path : of the drawing, for errors
     by_id : elements that copies may refer to, by their id
+    sheet : declarations of the style sheet, see :func:`_style_sheet`
     room : width and height of the drawing around the element, in its units
     depth : number of elements around this one
     """
     kind = _kind(element)
-    style = (element.get("style") or "").replace(" ", "")
-    hidden = element.get("display") == "none" or "display:none" in style
-    if kind in _NO_DRAWING or hidden or element.get("visibility") == "hidden" or "visibility:hidden" in style:
+    look = _look(element, sheet)
+    if kind in _NO_DRAWING or look.get("display") == "none" or look.get("visibility") == "hidden":
         return
     where = f"{path}: {kind} {element.get('id') or element.get(_LABEL) or ''}".rstrip()
+    if look.get("transform", "none") != "none":
+        raise InputError(f"{where}: it is moved by its style; let the program write transforms as attributes")
     if depth > _DEEPEST:
         raise InputError(f"{where}: groups and copies are nested more than {_DEEPEST} deep; a copy repeats itself")
     matrix = matrix @ matrix_of(element.get("transform", ""), where)
@@ -183,14 +187,34 @@ def _shapes(
             copied = target
         else:
             inner = np.eye(3)
-            inner[:2, 2] = [numbers_of(element.get(k, "0"), where)[0] for k in ("x", "y")]
+            inner[:2, 2] = [number_of(element.get(k, "0"), where) for k in ("x", "y")]
         for child in copied:
-            yield from _shapes(child, matrix @ inner, layer, path, by_id, room, depth + 1)
+            yield from _shapes(child, matrix @ inner, layer, path, by_id, sheet, room, depth + 1)
         return
     if kind in ("path", "polygon", "polyline", "rect", "circle", "ellipse", "line"):
         yield _Shape(element, kind, layer or _NO_LAYER, matrix, where)
     for child in element:
-        yield from _shapes(child, matrix, layer, path, by_id, room, depth + 1)
+        yield from _shapes(child, matrix, layer, path, by_id, sheet, room, depth + 1)
+
+
+def _style_sheet(root: ElementTree.Element) -> dict[str, str]:
+    """Declarations of the style sheets in a drawing, by a tag, ".class" or "#id"; other selectors are left out."""
+    out: dict[str, str] = {}
+    for style in (e for e in root.iter() if _kind(e) == "style"):
+        text = re.sub(r"/\*.*?\*/", "", "".join(style.itertext()), flags=re.DOTALL)
+        for selectors, declared in re.findall(r"([^{}]+)\{([^{}]*)\}", text):
+            for name in map(str.strip, selectors.split(",")):
+                out[name] = f"{out.get(name, '')};{declared}"
+    return out
+
+
+def _look(element: ElementTree.Element, sheet: dict[str, str]) -> dict[str, str]:
+    """How an element is shown: its attributes, over these the style sheet, over that its own style."""
+    named = [_kind(element), *(f".{c}" for c in (element.get("class") or "").split()), f"#{element.get('id')}"]
+    declared = ";".join([*(sheet[n] for n in named if n in sheet), element.get("style") or ""])
+    pairs = [d.partition(":") for d in declared.split(";") if ":" in d]
+    out = {k: element.get(k, "") for k in ("display", "visibility")}
+    return out | {k.strip(): v.replace("!important", "").strip() for k, _, v in pairs}
 
 
 def _on_layers(shapes: list[_Shape], layers: str | Iterable[str] | None, path: str | Path) -> list[_Shape]:

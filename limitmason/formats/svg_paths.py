@@ -60,6 +60,14 @@ def numbers_of(text: str, where: str) -> list[float]:
     return found
 
 
+def number_of(text: str, where: str) -> float:
+    """The one number in the text of an attribute; several, as in "2,5", are refused, else as :func:`numbers_of`."""
+    found = numbers_of(text, where)
+    if len(found) > 1:
+        raise InputError(f"{where}: {text!r} is not one number; write a point for a decimal comma")
+    return found[0]
+
+
 def _number(text: str, where: str) -> float:
     """A number of the file, refused where it is too large for a drawing."""
     value = float(text)
@@ -141,7 +149,7 @@ def viewport(
         """
         text = placed.get(name, default).strip()
         unit = 0.01 * whole if text.endswith("%") else 1.0
-        return unit * numbers_of(text.removesuffix("%"), where)[0]
+        return unit * number_of(text.removesuffix("%"), where)
 
     # x and y of the corner, width and height that the inner drawing shows, in its own units
     box = None if element.get("viewBox") is None else numbers_of(element.get("viewBox", ""), where)
@@ -187,7 +195,7 @@ def shape_lines(element: ElementTree.Element, kind: str, flatness: float, where:
 
     def number(name: str) -> float:
         """An attribute of the shape, zero where it is not given."""
-        return numbers_of(element.get(name, "0"), where)[0]
+        return number_of(element.get(name, "0"), where)
 
     if kind == "path":
         data = element.get("d", "").strip()

@@ -4,8 +4,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import numbers
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
+from limitmason.model.plausibility import warn_of_stiffness
 
 SETTLEMENT = 1e-6
 """The base shortens by this fraction of the median block size under the whole dead load [-]."""
@@ -64,7 +66,7 @@ def joint_stiffness(
     Raises
     ------
     InputError
-        For numbers that are not positive and finite, and more than two.
+        For numbers that are not positive and finite, more than two, and more or fewer than there are interfaces.
     NotApplicable
         For joints without shear stiffness.
     """
@@ -73,10 +75,17 @@ def joint_stiffness(
     count = len(x.area)
     if stiffness is not None:
         pair = stiffness if isinstance(stiffness, tuple | list) else (stiffness, stiffness)
-        given = [np.broadcast_to(np.asarray(v, dtype=float), (count,)).copy() for v in pair]
-        if len(given) != 2 or not all((np.isfinite(v) & (v > 0.0)).all() for v in given):
-            raise InputError(f"stiffness must be positive and finite, kn or (kn, ks) [Pa/m], got {stiffness!r}")
-        return given[0], given[1], warnings
+        given = [numbers("stiffness", v) for v in pair if v is not None]
+        right = all(np.isfinite(v).all() and (v > 0.0).all() and v.shape in ((), (count,)) for v in given)
+        if len(given) != 2 or not right:
+            raise InputError(
+                f"stiffness must be positive and finite, kn or (kn, ks) [Pa/m], each a number or {count}, one for each "
+                f"joint, got {stiffness!r}"
+            )
+        for name, values in zip(("kn", "ks"), given, strict=True):
+            if values.size:
+                warn_of_stiffness(float(values.min()), f"stiffness: {name}")
+        return np.full(count, given[0]), np.full(count, given[1]), warnings
     missing = ~(x.normal_stiffness > 0.0)  # NaN where a joint names none
     standard = default_stiffness(assembly, dead) if missing.any() else np.nan
     if missing.any():

@@ -19,7 +19,7 @@ from limitmason.errors import InputError
 from limitmason.model.input import read_vector
 from limitmason.model.response_spectrum import ResponseSpectrum
 from limitmason.model.stages import Stage
-from limitmason.storage.csv_table import separator, split
+from limitmason.storage.csv_table import UNITS, separator, split, two_decimal_signs
 from limitmason.storage.files import read_text
 
 HOLD, COAST = "hold", "coast"
@@ -88,8 +88,9 @@ class BaseMotion(Displayed, Stage):
         Parameters
         ----------
         path : of the file
-        units : of the acceleration: "m/s2", "cm/s2", "gal", "mm/s2" or "g"; where omitted, what stands in brackets in
-            its heading, as in "a [g]", and m/s2 without one. Time is in seconds, or in "ms" where its heading says so
+        units : of the acceleration: "m/s2", "cm/s2", "gal", "mm/s2" or "g"; where omitted, what its heading says in
+            brackets or as its last word, as in "a [g]" and "a / g", or a line "# units: s,g" as other tables have, and
+            m/s2 without any. Time is in seconds, or in "ms" where its heading says so
         scale : factor on the whole record [-]
         column : of the acceleration, counted from 0; three of them hold x, y and z, (1, 2, 3)
         settings : ``direction`` and ``after``, see above
@@ -120,6 +121,8 @@ class BaseMotion(Displayed, Stage):
         table = np.array(rows)
         time, a = _TIMES[clock] * table[:, 0], table[:, 1] if len(columns) == 1 else table[:, 1:]
         step = float(np.median(np.diff(time)))
+        if not step > 0.0:
+            raise InputError(f"{path}: times must grow from line to line; is the comma a decimal sign there?")
         uneven = np.flatnonzero(np.abs(np.diff(time) - step) > _UNEVEN * abs(step))
         if len(uneven):
             raise InputError(f"{path}: times must be equally spaced; after {time[uneven[0]]:g} s they are not")
@@ -219,10 +222,14 @@ def _read_columns(path: str | Path, columns: Sequence[int]) -> tuple[list[list[f
     rows: list[list[float]] = []
     headed: dict[str, int] = {}
     clock = "s"
+    typed: list[tuple[int, str]] = []  # cells as they stand in the file, where a comma may be a decimal sign
     for number, line in enumerate(read_text(path).splitlines(), 1):
-        cells = split([line], separator(line))
+        line = line.strip().removeprefix(UNITS.strip())
+        between = separator(line)
+        cells = split([line], between)
         try:
             rows.append([float(cells[0]), *(float(cells[c]) for c in columns)])
+            typed += [(number, cell.strip()) for cell in line.split(between)] if between != "," else []
         except (ValueError, IndexError):
             # above the numbers it is a heading, among them a fault
             if rows and line.strip():
@@ -231,20 +238,30 @@ def _read_columns(path: str | Path, columns: Sequence[int]) -> tuple[list[list[f
             clock = _unit(cells, 0, _TIMES) or clock
             if clock not in _TIMES:
                 raise InputError(f"{path}, line {number}: time in {clock!r}; it is read in s or ms") from None
+    if doubt := two_decimal_signs(typed):
+        raise InputError(f"{path}: {doubt}")
     return rows, headed, clock
 
 
 def _unit(cells: Sequence[str], column: int, known: Iterable[str]) -> str:
     """Unit in a heading, in lower case, or an empty word.
 
-    It stands in square brackets, or in round ones, where years and names stand too.
+    It stands in square brackets, or in round ones, where years and names stand too, or is the last word.
 
     Parameters
     ----------
     cells : of the heading
     column : whose unit is asked for, counted from 0
-    known : units that are read in round brackets
+    known : units that are read in round brackets and as the last word
     """
     words = re.search(r"\[([^]]*)]|\(([^)]*)\)", cells[column]) if column < len(cells) else None
-    unit = (words[1] or words[2] or "").strip().replace("²", "2").replace("^", "").lower() if words else ""
-    return unit if words and (words[1] or unit in known or "/s" in unit) else ""
+    if words is None:  # of a longer word only what is there by itself: not the g of "ag"
+        last = _plain_unit(re.split(r"\s|(?<=\s)/", cells[column])[-1].lstrip("/")) if column < len(cells) else ""
+        return last if last in known or (column > 0 and "/s" in last) else ""
+    unit = _plain_unit(words[1] or words[2] or "")
+    return unit if words[1] or unit in known or "/s" in unit else ""
+
+
+def _plain_unit(text: str) -> str:
+    """A unit in lower case and without signs of powers."""
+    return text.strip().replace("²", "2").replace("^", "").lower()

@@ -69,8 +69,14 @@ def warn_of_joint(joint: Any, label: str) -> None:
             warn(f"{label}: residual_{field} = {rest:g} Pa exceeds {field} = {peak:g} Pa: it grows stronger by failing")
     for field in ("normal_stiffness", "shear_stiffness"):
         value = getattr(joint, field)
-        if value is not None and 0.0 < value < _STIFFNESS_LIKE_N_PER_MM3:
-            warn(f"{label}: {field} = {value:g} Pa/m looks like N/mm3 ({value:g} N/mm3 is {1e9 * value:g} Pa/m)")
+        if value is not None and value > 0.0:
+            warn_of_stiffness(value, f"{label}: {field}")
+
+
+def warn_of_stiffness(value: float, label: str) -> None:
+    """Warn of a stiffness above 0 [Pa/m] that looks like N/mm3; ``label`` says whose."""
+    if value < _STIFFNESS_LIKE_N_PER_MM3:
+        warn(f"{label} = {value:g} Pa/m looks like N/mm3 ({value:g} N/mm3 is {1e9 * value:g} Pa/m)")
 
 
 def warn_of_material(material: Any, label: str) -> None:

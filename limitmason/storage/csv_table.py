@@ -24,13 +24,15 @@ UNITS = "# units: "
 """How the line of units begins."""
 
 _DECIMAL = re.compile(r"^([<>]?\s*[-+]?\d*),(\d+(?:[eE][-+]?\d+)?)$")
+_POINTED = re.compile(r"^[<>]?\s*[-+]?\d*\.\d+(?:[eE][-+]?\d+)?$")
 
 
 class Parsed(NamedTuple):
     """A table as text.
 
     ``header`` names the columns, ``units`` are theirs, ``rows`` the cells. The others are the lines of the file, from
-    1, on which every row, the units and the names stand.
+    1, on which every row, the units and the names stand. ``doubt`` says what may be read in two ways, empty
+    for nothing.
     """
 
     header: list[str]
@@ -39,6 +41,7 @@ class Parsed(NamedTuple):
     lines: list[int]
     units_line: int
     header_line: int
+    doubt: str = ""
 
 
 def _cell(value: Any) -> str:
@@ -97,8 +100,36 @@ def split(record: Iterable[str], between: str) -> list[str]:
     A comma is one where it does not part the cells. ``record`` are the lines of one row, ``between`` is the sign that
     parts its cells.
     """
-    cells = [c.strip() for c in next(csv.reader(record, delimiter=between), [])]
-    return cells if between == "," else [_DECIMAL.sub(r"\1.\2", c) for c in cells]
+    cells = _parted(record, between)
+    return cells if between == "," else with_points(cells)
+
+
+def _parted(record: Iterable[str], between: str) -> list[str]:
+    """Cells of a record as they stand in the file, with arguments as for :func:`split`."""
+    return [c.strip() for c in next(csv.reader(record, delimiter=between), [])]
+
+
+def with_points(cells: Iterable[str]) -> list[str]:
+    """Cells with points for decimal commas."""
+    return [_DECIMAL.sub(r"\1.\2", c) for c in cells]
+
+
+def two_decimal_signs(cells: Iterable[tuple[int, str]]) -> str:
+    """What is wrong with numbers of which some have a point and some a comma, empty for nothing.
+
+    One of the two parts thousands then, and 1,250 may be 1.25 or 1250.
+
+    Parameters
+    ----------
+    cells : number of the line and text of each, as it stands in the file
+    """
+    comma = point = ""
+    for line, cell in cells:
+        comma = comma or (f"row {line} has {cell!r}" if _DECIMAL.match(cell) else "")
+        point = point or (f"row {line} {cell!r}" if _POINTED.match(cell) else "")
+    if not (comma and point):
+        return ""
+    return f"{comma} and {point}: write numbers with one decimal sign and without signs between thousands"
 
 
 def parsed(text: str, name: str) -> Parsed:
@@ -116,20 +147,21 @@ def parsed(text: str, name: str) -> Parsed:
     InputError
         Where there are no names or no units.
     """
-    between = separator(next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), ""))
+    names = (line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#"))
+    between = separator(next(names, ""))
     said: list[tuple[int, str]] = []  # comment lines with units, by number
     cells: list[list[str]] = []
     lines: list[int] = []
     numbered = enumerate(text.splitlines(keepends=True), 1)
     for number, line in numbered:
-        if line.startswith(UNITS.strip()):
-            said.append((number, line[len(UNITS) - 1 :].strip()))
-        elif line.strip() and not line.startswith("#"):
+        if line.lstrip().startswith(UNITS.strip()):
+            said.append((number, line.strip()[len(UNITS) - 1 :].strip()))
+        elif line.strip() and not line.lstrip().startswith("#"):
             # a quoted cell may go on over lines, blank ones and ones that look like comments among them
             record = [line]
             while "".join(record).count('"') % 2 and (more := next(numbered, None)):
                 record.append(more[1])
-            cells.append(split(record, between))
+            cells.append(_parted(record, between))
             lines.append(number)
     below = not said  # the units are a row below the names, as version 0.1 wrote them
     if len(cells) < 1 + below:
@@ -138,8 +170,19 @@ def parsed(text: str, name: str) -> Parsed:
         units, where, first = cells[1], lines[1], 2
     else:
         units, where, first = split([said[0][1]], between), said[0][0], 1
+    doubt = ""
+    if between != ",":
+        doubt = two_decimal_signs(
+            (line, cell) for line, row in zip(lines[first:], cells[first:], strict=True)
+            for cell, unit in zip(row, units, strict=False) if unit != "-"
+        )
+        cells = [with_points(row) for row in cells]
+    other = next((number for number, units_there in said[1:] if units_there != said[0][1]), None)
+    if other is not None:
+        doubt = f"rows {where} and {other} give different units; leave one out"
     return Parsed(
         header=cells[0], units=units, rows=cells[first:], lines=lines[first:], units_line=where, header_line=lines[0],
+        doubt=doubt,
     )
 
 

@@ -125,6 +125,9 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
     columns, beyond = {}, {}
     for k, name in enumerate(header):
         cells = [row[k] for row in found.rows]
+        if not blanks and "nan" in cells and units[k] != "-":
+            line = lines[cells.index("nan")]
+            raise InputError(f"{path}: row {line}, column {name!r} is 'nan'; fill it, or leave the row or column out")
         if blanks:
             cells = [cell or "nan" for cell in cells]
             for i, cell in enumerate(cells):
@@ -145,6 +148,8 @@ def _check_layout(path: str, found: Parsed) -> None:
     found : the table as text
     """
     header, units = found.header, found.units
+    if found.doubt:
+        raise InputError(f"{path}: {found.doubt}")
     twice = next((h for i, h in enumerate(header) if h in header[:i]), None)
     if twice:
         raise InputError(f"{path}: row {found.header_line}: the column {twice!r} is there twice")

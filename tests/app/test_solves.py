@@ -51,6 +51,17 @@ def test_every_number_has_its_unit():
     }
 
 
+def test_a_decimal_comma_is_no_pair_of_stiffnesses():
+    # (1, 5e9): a normal stiffness of 1 Pa/m, by which a wall of bricks sinks by metres
+    call = forms.calls()["analysis"]["pushover"]
+    for typed in ("1,5e9", " 0,5 ", "-1,5"):
+        with pytest.raises(InputError, match="stiffness: .* may be one number or two: write a decimal point"):
+            script._arguments(call.fields, {"stiffness": typed})
+    for typed, line in (("1.5e9", "stiffness=1.5e9"), ("2e9, 1e9", "stiffness=(2e9, 1e9)")):
+        assert script._arguments(call.fields, {"stiffness": typed}) == [line]
+    assert script._arguments(forms.calls()["analysis"]["limit_analysis"].fields, {"grid": "5,5"}) == ["grid=(5, 5)"]
+
+
 def test_every_form_begins_with_something_that_solves():
     for name, call in forms.calls()["structure"].items():
         joint = lm.Joint(33.0)

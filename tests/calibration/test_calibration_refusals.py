@@ -35,6 +35,14 @@ def test_wrong_input_is_named(changes, message):
         calibrate(**given)
 
 
+@pytest.mark.parametrize("level", [0, 1, 1.5, -0.5, 95, math.nan, "95"])
+def test_a_prediction_at_a_level_that_is_none_is_refused(level):
+    fit = calibrate(power_law, {"a": (6.3, 0.05), "b": (1.4, 0.05)},
+                    [Parameter("x", 1.0, (0.1, 9.0)), Parameter("y", 1.0, (0.1, 9.0))], level=None)
+    with pytest.raises(lm.errors.InputError, match="level must"):
+        fit.predict(lambda x, y: {"z": x * y}, level=level)
+
+
 def test_intervals_about_a_model_that_misses_its_targets_say_that_they_are_too_narrow():
     # a scatter stated ten times too small: of 95 % intervals some 15 % hold the truth
     fit = calibrate(power_law, {"a": (6.3, 0.005), "b": (1.4, 0.005)}, [Parameter("x", 1.0, (0.1, 2.0)),

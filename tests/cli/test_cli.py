@@ -219,6 +219,18 @@ def test_a_figure_that_cannot_be_written_is_refused_before_the_analysis(name, wo
     assert not out
 
 
+@pytest.mark.parametrize("option", ["--output", "--forces", "--vtu", "--figure"])
+def test_a_folder_in_place_of_a_file_is_refused_before_the_analysis(option, tmp_path, capsys):
+    folder = tmp_path / "taken.png"
+    folder.mkdir()
+    with pytest.raises(SystemExit) as stop:
+        main(["solve", "ferris-tin-loi-2001/wall-4", option, str(folder)])
+    assert stop.value.code == 2
+    told = capsys.readouterr()
+    assert "is a folder: name a file" in told.err
+    assert "lambda" not in told.out
+
+
 @pytest.mark.parametrize("dots", ["-3", "0", "100000", "nan"])
 def test_dots_that_no_picture_has_are_refused_before_the_analysis(dots, capsys):
     with pytest.raises(SystemExit) as stop:

@@ -52,6 +52,31 @@ def test_volume_of_the_triangles_is_the_volume_of_the_blocks(column):
     assert (np.einsum("ij,ij->i", normal, data["normals"].reshape(-1, 3, 3)[:, 0]) > 0).all()
 
 
+def test_a_structure_at_map_coordinates_is_drawn_as_one_at_the_origin(column):
+    wall, _ = column
+    place = np.array([5e5, 5.3e6, 200.0])  # in single precision blocks of .2 m would lie on one point
+    moved = wall.transformed(np.eye(3), place)
+    answer = lm.limit_analysis(moved, lm.Loads.horizontal(moved))
+    here, far = held(lm.view(wall, column[1])), held(lm.view(moved, answer))
+    size = here["size"]
+    assert far["size"] == pytest.approx(size, rel=1e-6)
+    middle = np.array(here["centre"]) - far["centre"]
+    for key in ("vertices", "lines", "centroids"):
+        assert here[key].reshape(-1, 3) - far[key].reshape(-1, 3) == pytest.approx(
+            np.broadcast_to(middle, (len(here[key]) // 3, 3)), abs=1e-6 * size
+        )
+    rows, there = (
+        np.frombuffer(base64.b64decode(d["forces"]["rows"]), dtype="<f4").reshape(-1, 8) for d in (here, far)
+    )
+    assert rows[:, :3] - there[:, :3] == pytest.approx(np.broadcast_to(middle, (len(rows), 3)), abs=1e-5 * size)
+    joints, others = (
+        np.frombuffer(base64.b64decode(d["joints"]["corners"]), dtype="<f4").reshape(-1, 3) for d in (here, far)
+    )
+    assert joints - others == pytest.approx(np.broadcast_to(middle, joints.shape), abs=1e-6 * size)
+    assert np.array(here["push"][:3]) - far["push"][:3] == pytest.approx(middle, abs=1e-6 * size)
+    assert np.array(here["low"]) - far["low"] == pytest.approx(middle, abs=1e-6 * size)
+
+
 def test_last_frame_of_a_mechanism_keeps_the_toe_in_place(column):
     wall, found = column
     data = held(lm.view(wall, found))

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from format_models import JOINT, make_assembly, make_prediction, turned, write
 
+import limitmason as lm
 from limitmason import Assembly, PlausibilityWarning, formats
 
 # ---- OBJ --------------------------------------------------------------------------------------------------------
@@ -83,6 +84,47 @@ def test_obj_groups_are_blocks_when_one_object_holds_several(tmp_path):
     several = "o a\ng default\n" + points + faces + "o b\ng default\n" + points + faces
     assert formats.read_obj(write(tmp_path / "a.obj", several)).names == ["a", "b"]
     assert formats.read_obj(write(tmp_path / "stone.obj", points + faces)).names == ["stone"]
+
+
+CUBE_FACES = ((1, 4, 3, 2), (5, 6, 7, 8), (1, 2, 6, 5), (2, 3, 7, 6), (3, 4, 8, 7), (4, 1, 5, 8))
+
+
+def cube_text(low, high, first, *, hollow=False):
+    (x, y, z), (a, b, c) = low, high
+    corners = [(x, y, z), (a, y, z), (a, b, z), (x, b, z), (x, y, c), (a, y, c), (a, b, c), (x, b, c)]
+    faces = [f[::-1] if hollow else f for f in CUBE_FACES]
+    return "".join(f"v {p} {q} {r}\n" for p, q, r in corners) + "".join(
+        "f " + " ".join(str(first + i) for i in f) + "\n" for f in faces
+    )
+
+
+@pytest.mark.parametrize("head", ["", "o pile\n"])
+@pytest.mark.parametrize("shift", [0.0, 0.25])
+def test_obj_bodies_that_one_object_holds_are_blocks_of_their_own(tmp_path, head, shift):
+    path = tmp_path / "pile.obj"
+    bricks = [((0, 0, 0), (1, 1, 1)), ((shift, 0, 1), (1 + shift, 1, 2)), ((shift, 0, 2), (1 + shift, 1, 3))]
+    path.write_text(head + "".join(cube_text(*b, 8 * k) for k, b in enumerate(bricks)), encoding="utf-8")
+    solids, names = formats.read_obj(path)
+    assert names == ["pile-1", "pile-2", "pile-3"]
+    pile = lm.Assembly.from_polyhedra(solids, names=names, joint=lm.Joint(60.0), fixed=["pile-1"])
+    assert [b.volume for b in pile.blocks] == pytest.approx([1.0, 1.0, 1.0])
+    assert len(pile.interfaces) == 2
+    answer = lm.limit_analysis(pile, lm.Loads.horizontal(pile, (1, 0, 0)))
+    # about the edge of the lowest brick: arm of the weight over the height of the centre of two bricks
+    assert answer.collapse_multiplier == pytest.approx((0.5 - shift) / 1.0, rel=1e-6)
+
+
+def test_obj_hollow_stays_in_its_block_and_pieces_stay_one_block(tmp_path):
+    path = tmp_path / "hollow.obj"
+    box_and_hollow = cube_text((0, 0, 0), (3, 3, 3), 0) + cube_text((1, 1, 1), (2, 2, 2), 8, hollow=True)
+    path.write_text("o safe\n" + box_and_hollow + cube_text((3, 0, 0), (4, 1, 1), 16), encoding="utf-8")
+    solids, names = formats.read_obj(path)
+    assert names == ["safe-1", "safe-2"]
+    blocks = lm.Assembly.from_polyhedra(solids, names=names, joint=lm.Joint(30.0), fixed=[0]).blocks
+    assert [b.volume for b in blocks] == pytest.approx([26.0, 1.0])
+    path.write_text("o stone\ng part-1\n" + cube_text((0, 0, 0), (1, 1, 1), 0) + "g part-2\n"
+                    + cube_text((1, 0, 0), (2, 1, 1), 8), encoding="utf-8")
+    assert formats.read_obj(path).names == ["stone"]
 
 
 def test_obj_corners_repeated_per_face_are_joined(tmp_path):

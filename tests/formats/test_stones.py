@@ -114,6 +114,18 @@ def test_what_is_no_convex_stone_is_refused_with_advice(tmp_path):
         read_stones(tmp_path, up="w")
 
 
+@pytest.mark.parametrize("away", [(0, 0, 0), (40, -30, 20)])
+def test_how_full_a_stone_is_does_not_hang_on_its_place_nor_on_the_senses_of_its_faces(tmp_path, away):
+    outline = np.array([[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]], float)
+    triangles = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 5], [3, 4, 5]])
+    corner = trimesh.creation.extrude_triangulation(outline, triangles, 1.0)
+    faces = corner.faces.copy()
+    faces[::3] = faces[::3, ::-1]  # as scans are that were cleaned by hand
+    trimesh.Trimesh(corner.vertices + away, faces, process=False).export(tmp_path / "corner.ply")
+    stones = read_stones(tmp_path / "corner.ply", convexity=0.5)
+    assert stones.convexity == pytest.approx([3.0 / 3.5], rel=1e-5)
+
+
 @pytest.mark.slow
 def test_rubble_of_39_scanned_stones_comes_in_whole():
     stones = read_stones(RUBBLE, up="x")

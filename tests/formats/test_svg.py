@@ -136,7 +136,7 @@ def test_a_path_of_two_blocks_beside_each_other_is_two_outlines(tmp_path):
 def test_the_scale_is_asked_for_with_the_size_of_what_is_drawn(tmp_path):
     with pytest.raises(InputError, match=r"measures 240 x 100 units, 300mm wide on paper; give scale="):
         read(tmp_path, '<rect x="7" width="240" height="100"/>', scale=None)
-    for wrong in (0.0, -1.0, np.nan, True):
+    for wrong in (0.0, -1.0, np.nan, True, "1"):
         with pytest.raises(InputError, match="scale must be positive"):
             read(tmp_path, '<rect width="240" height="100"/>', scale=wrong)
     for text, message in (("", "no element found"), ("<html></html>", "outermost element is 'html'")):
@@ -181,3 +181,32 @@ def test_numbers_beyond_all_measure_are_refused_by_the_name_of_the_shape(tmp_pat
 def test_viewbox_without_a_size_is_refused(tmp_path, box):
     with pytest.raises(InputError, match="viewBox"):
         read(tmp_path, f'<svg viewBox="{box}"><rect width="1" height="1"/></svg>')
+
+
+STONE = '<rect width="20" height="10"/>'
+
+
+@pytest.mark.parametrize(("sheet", "hidden"), [
+    (".a, .b{display: none !important}", '<g class="x b">' + STONE + "</g>"),
+    ("/* .c{} */ #old { fill:#000 ; visibility : hidden }", '<g id="old">' + STONE + "</g>"),
+    ("polygon{display:none}", '<polygon points="0,0 20,0 20,10 0,10"/>'),
+    ("", '<g style="display: none ;">' + STONE + "</g>"),
+])
+def test_what_the_style_sheet_hides_is_no_block(tmp_path, sheet, hidden):
+    found = read(tmp_path, f"<defs><style>{sheet}</style></defs>{hidden}{STONE}")
+    assert [area(o) for o in found.outlines] == pytest.approx([0.02])
+    shown = hidden.replace("<g ", '<g style="display:inline;visibility:visible" ', 1)
+    if sheet and shown != hidden:  # the own style of an element goes before the sheet, but for what is important
+        both = read(tmp_path, f"<style>{sheet.replace('!important', '')}</style>{shown}{STONE}")
+        assert len(both.outlines) == 2
+
+
+@pytest.mark.parametrize(("shape", "message"), [
+    ('<rect id="p" width="2,5" height="1"/>', "rect p: '2,5' is not one number"),  # not a width of 2
+    ('<circle id="p" r="1 2"/>', "circle p: '1 2' is not one number"),
+    ('<rect id="p" width="2" height="1" style="transform: scale(2)"/>', "rect p: it is moved by its style"),
+    ('<style>.big{transform:scale(2)}</style><g id="p" class="big"/>', "g p: it is moved by its style"),
+])
+def test_what_would_be_drawn_in_another_size_is_refused(tmp_path, shape, message):
+    with pytest.raises(InputError, match=message):
+        read(tmp_path, shape)

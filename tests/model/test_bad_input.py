@@ -307,6 +307,22 @@ def test_texts_are_no_numbers():
             call()
 
 
+@pytest.mark.parametrize("text", [
+    "t,a\n# units: ms,g\n0,1\n10,2\n",  # as the tables of this package have them
+    "t;a\n# units: ms;g\n0;1,0\n10,0;2,0\n",
+    "t,a\nms,g\n0,1\n10,2\n",
+    "t / ms,a / g\n0,1\n10,2\n",
+    "time ms,acceleration g\n0,1\n10,2\n",
+])
+def test_units_of_a_ground_motion_are_those_of_its_headings_however_they_are_written(tmp_path, text):
+    (tmp_path / "record.csv").write_text(text, encoding="utf-8")
+    motion = lm.dem.BaseMotion.from_csv(tmp_path / "record.csv")
+    assert np.allclose(motion.acceleration, [9.81, 19.62])
+    assert motion.sample_step == pytest.approx(0.01)
+    with pytest.raises(InputError, match="the heading says g, not cm/s2"):
+        lm.dem.BaseMotion.from_csv(tmp_path / "record.csv", units="cm/s2")
+
+
 def test_a_ground_motion_is_read_in_its_units(tmp_path):
     path = tmp_path / "record.csv"
     path.write_text("a station\nt [s],north,east\n0.00,0.0,0.5\n0.02,0.1,-0.5\n0.04,0.2,0.0\n", encoding="utf-8")
@@ -329,6 +345,8 @@ def test_a_ground_motion_is_read_in_its_units(tmp_path):
         ("0,1\n0.1,2\n0.2,1\n0.4,1\n", "equally spaced; after 0.2 s"),
         ("0,1\n0.1,two\n", "line 2: no time and acceleration"),
         ("0 1\n1 2\n", "no two lines of time, acceleration"),
+        ("t;a\n0;1,000\n0.01;2,000\n", "write numbers with one decimal sign"),
+        ("t,a\n0,00,1,5\n0,01,2,5\n", "times must grow"),
     ):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(InputError, match=message):

@@ -31,6 +31,21 @@ def test_joint_in_another_unit(law, message):
     assert said[0].filename == __file__  # it points at the user's line
 
 
+@pytest.mark.parametrize("given, what", [(8.0, "kn"), ((8e9, 8.0), "ks"), ((np.full(3, 8.0), 8e9), "kn")])
+def test_a_stiffness_given_to_an_analysis_is_looked_at_as_that_of_a_joint(given, what):
+    column = make_column()
+    assert len(column.interfaces) == 3
+    with pytest.warns(lm.PlausibilityWarning, match=rf"stiffness: {what} = 8 Pa/m looks like N/mm3 \(8 N/mm3") as said:
+        lm.modes(column, 1, stiffness=given)
+    assert said[0].filename == __file__
+
+
+@pytest.mark.parametrize("given", [np.full(2, 1e9), (np.full(4, 1e9), 1e9), "a lot", (1e9, None), (1e9, 1e9, 1e9)])
+def test_a_stiffness_that_is_none_is_refused_by_name(given):
+    with pytest.raises(lm.errors.InputError, match="stiffness must be"):
+        lm.modes(make_column(), 1, stiffness=given)
+
+
 @pytest.mark.parametrize(
     "rod, message",
     [

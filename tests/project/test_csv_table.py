@@ -14,6 +14,7 @@ from limitmason.experiments.tables import folder, parse_table, read_description,
 from limitmason.storage import csv_table
 from limitmason.storage.csv_table import parsed, table_text, write_table
 from limitmason.storage.measured_table import read_measured, write_measured
+from limitmason.study.table import Table
 
 OLD = "stone,height,peak\n-,m,kN\ngranite,1.2,41.5\nsandstone,1.0,22.9\n"
 NEW = "stone,height,peak\n# units: -,m,kN\n# a note\ngranite,1.2,41.5\nsandstone,1.0,22.9\n"
@@ -105,3 +106,38 @@ def test_packaged_tables_have_their_units_in_a_comment(source):
         assert text.splitlines()[1].startswith(csv_table.UNITS)
         table = read_table(source, name)
         assert set(table.units) == set(text.splitlines()[0].split(","))
+
+
+@pytest.mark.parametrize("table", [
+    "a;b\n# units: m;kN\n0.5;1,250\n2.5;12,5\n",
+    "a\tb\n# units: m\tkN\n0.5\t1,250\n",
+    "a;b\n# units: m;N\n0,5;1.250\n",
+])
+def test_numbers_with_a_point_and_others_with_a_comma_are_refused(tmp_path, table):
+    (tmp_path / "data.csv").write_text(table, encoding="utf-8")
+    with pytest.raises(InputError, match="write numbers with one decimal sign"):  # 1,250 is 1.25 or 1250
+        read_measured(tmp_path / "data.csv")
+
+
+def test_labels_with_points_may_stand_beside_decimal_commas(tmp_path):
+    (tmp_path / "data.csv").write_text("wall;b\n# units: -;kN\n1.1;1,25\n", encoding="utf-8")
+    assert read_measured(tmp_path / "data.csv").columns == {"wall": (1.1,), "b": (1.25,)}
+
+
+def test_units_that_contradict_and_values_that_are_none_are_refused(tmp_path):
+    path = tmp_path / "data.csv"
+    for text, message in (
+        ("a,b\n# units: m,kN\n# units: mm,N\n1,2\n", "rows 2 and 3 give different units"),
+        ("a,b\n# units: m,kN\nnan,2\n", "row 3, column 'a' is 'nan'"),
+    ):
+        path.write_text(text, encoding="utf-8")
+        with pytest.raises(InputError, match=message):
+            read_measured(path)
+    path.write_text("a,b\n  # units: m,kN\n1,2\n", encoding="utf-8")
+    assert read_measured(path).units == {"a": "m", "b": "kN"}
+
+
+def test_numbers_of_numpy_are_written_as_numbers_to_the_last_bit(tmp_path):
+    values = np.random.default_rng(1).normal(size=50) * 10.0 ** np.arange(-25, 25)
+    Table(tuple({"x": v} for v in values)).write_csv(tmp_path / "x.csv")
+    assert np.array_equal(read_measured(tmp_path / "x.csv").columns["x"], values)

@@ -31,7 +31,7 @@ from limitmason.figures.canvas import resultant
 from limitmason.figures.deformation import largest_movement, moved_blocks, rigid_motion
 from limitmason.figures.outline import visible_edges, wall_plane
 from limitmason.figures.painter import VIEWPOINT_DEG
-from limitmason.figures.scene.beside import SceneMotion, ScenePose, side_by_side, together
+from limitmason.figures.scene.beside import SceneMotion, ScenePose, scene_origin, side_by_side, together
 from limitmason.figures.style import force_text, round_length
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.mechanics.joint_forces import joint_forces
@@ -104,15 +104,16 @@ def view(
         motion = _positions(whole, what, scale, most)
     answer = what if isinstance(what, Prediction) else None
     push = None if answer is None else resultant(whole, answer.loads)
-    data = _solids(whole, motion) | {
+    origin = scene_origin(whole)
+    data = _solids(whole, motion, origin) | {
         "motion": _text([np.concatenate([p.shift, p.turn], axis=1) for p in motion.poses]),
         "captions": [p.caption for p in motion.poses],
         "start": motion.start,
         "scale": motion.scale,
         "crack": motion.crack,
-        "joints": _joints(whole),
-        "forces": _forces(whole, answer),
-        "push": [] if push is None else np.concatenate(push).tolist(),
+        "joints": _joints(whole, origin),
+        "forces": _forces(whole, answer, origin),
+        "push": [] if push is None else np.concatenate([push[0] - origin, push[1]]).tolist(),
         "azimuth": float(np.radians(viewpoint_deg[0])),
         "elevation": float(np.radians(viewpoint_deg[1])),
         "front": _front(whole),
@@ -289,7 +290,7 @@ def _moved(model: Assembly, state: Any, sample: int, caption: str) -> ScenePose:
     return ScenePose(shift, turn, caption)
 
 
-def _solids(model: Assembly, motion: SceneMotion) -> dict[str, Any]:
+def _solids(model: Assembly, motion: SceneMotion, origin: Array) -> dict[str, Any]:
     """What the script of the page draws of the blocks, by name: triangles, edges, names, and what is framed.
 
     Arrays are base64 of single precision: "vertices" three corners of every triangle with the "normals" there, "lines"
@@ -298,6 +299,7 @@ def _solids(model: Assembly, motion: SceneMotion) -> dict[str, Any]:
     Parameters
     ----------
     motion : positions that the blocks take, which are framed too
+    origin : from which corners are measured [m], shape (3,)
     """
     corners, normals, owner, lines, line_owner = [], [], [], [], []
     for i, block in enumerate(model.blocks):
@@ -322,32 +324,32 @@ def _solids(model: Assembly, motion: SceneMotion) -> dict[str, Any]:
     framed = np.vstack([low, high, held, *centres])
     heavy = [f"{b.mass:.4g} kg" for b in model.blocks]
     return {
-        "vertices": _text(corners),
+        "vertices": _text(np.array(corners) - origin),
         "normals": _text(normals),
         "owner": _text(owner),
-        "lines": _text(lines),
+        "lines": _text(np.array(lines) - origin),
         "line_owner": _text(line_owner),
-        "centroids": _text(model.centroids),
+        "centroids": _text(model.centroids - origin),
         "names": [b.name or f"block {i}" for i, b in enumerate(model.blocks)],
         "notes": [f"{m}, held" if model.held[i].any() else m for i, m in enumerate(heavy)],
         "held": [bool(h) for h in model.fixed],
         "size": float(np.linalg.norm(np.ptp(framed, axis=0))),
-        "centre": [float(v) for v in 0.5 * (framed.min(axis=0) + framed.max(axis=0))],
-        "low": [float(v) for v in low],
-        "high": [float(v) for v in high],
+        "centre": [float(v) for v in 0.5 * (framed.min(axis=0) + framed.max(axis=0)) - origin],
+        "low": [float(v) for v in low - origin],
+        "high": [float(v) for v in high - origin],
     }
 
 
-def _joints(model: Assembly) -> dict[str, Any]:
+def _joints(model: Assembly, origin: Array) -> dict[str, Any]:
     """Outlines of the joints, by name: "corners" [m], "normals" from a to b, both blocks, and "count" of corners."""
     x = model.arrays
     return {
-        "corners": _text(x.corners), "normals": _text(x.normal),
+        "corners": _text(x.corners - origin), "normals": _text(x.normal),
         "a": x.block_a.tolist(), "b": x.block_b.tolist(), "count": np.diff(x.corner_start).tolist(),
     }
 
 
-def _forces(model: Assembly, answer: Prediction | None) -> dict[str, Any]:
+def _forces(model: Assembly, answer: Prediction | None, origin: Array) -> dict[str, Any]:
     """Joint forces of an answer, a row each: ends of a line along it [m], share of the largest, at friction limit.
 
     "largest" is the largest force in words. Both are empty where there are no forces.
@@ -360,7 +362,8 @@ def _forces(model: Assembly, answer: Prediction | None) -> dict[str, Any]:
     # lines as long as figures.contact_forces draws them: 0.9 of a block
     half = 0.45 * block_size(model) * found.force[rows] / size[:, None]
     share = size[:, None] / size.max(initial=1e-300)
-    ends = found.centre[rows] - half, found.centre[rows] + half
+    centre = found.centre[rows] - origin
+    ends = centre - half, centre + half
     return {
         "rows": _text(np.concatenate([*ends, share, found.at_friction_limit[rows, None]], axis=1)),
         "largest": force_text(float(size.max(initial=0.0))),

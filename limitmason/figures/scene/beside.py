@@ -1,4 +1,4 @@
-"""Positions that a scene shows, and those of several structures side by side."""
+"""Positions that a scene shows, from where they are measured, and those of several structures side by side."""
 
 from __future__ import annotations
 
@@ -9,10 +9,14 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.mechanics.rigid_motion import free_bounds
 from limitmason.model import Assembly, Block, Interface, Support
 
 _APART = 0.3
 """Distance between two structures over the extent of the first [-]."""
+
+_FAR = 100.0
+"""Distance from the origin over the size of the structure from which on a page measures from its middle; chosen."""
 
 
 class ScenePose(NamedTuple):
@@ -38,6 +42,16 @@ class SceneMotion(NamedTuple):
     start: int = 0
     scale: float = 0.0
     crack: float = 0.0
+
+
+def scene_origin(model: Assembly) -> Array:
+    """Point from which the page measures [m], shape (3,): that of the model, or the middle of one far away from it.
+
+    Single precision holds map coordinates, 5,300 km from their origin, to half a metre only.
+    """
+    low, high = free_bounds(model)
+    far = np.abs([low, high]).max() > _FAR * np.ptp([low, high], axis=0).max()
+    return np.asarray(0.5 * (low + high)) if far else np.zeros(3)
 
 
 def side_by_side(models: Sequence[Assembly]) -> Assembly:
