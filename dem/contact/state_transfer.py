@@ -126,7 +126,11 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
     kn, ks, closing = law[:, LAW.kn], law[:, LAW.ks], np.maximum(-now.opening[old], 0.0)
     # normal force, and the square of the shear force that is left of the whole
     push = kn * area * np.minimum(closing, law[:, LAW.crushing])
-    shear = np.maximum((now.force[old] ** 2).sum(axis=1) - push**2, 0.0)
+    # that of bonded points that are pulled is no shear either
+    joint, force = now.owner[old], now.force[old]
+    turn = state.bodies.rot[state.joints.block_a[joint]] + np.eye(3)
+    pull = np.einsum("pi,pij,pj->p", force, turn, state.joints.frame[joint, 2]) * (now.opening[old] > 0.0)
+    shear = np.maximum((force**2).sum(axis=1) - push**2 - pull**2, 0.0)
     of = np.searchsorted(known, family[now.owner[old]])
     # energy of pressure, energy of shear T^2 / (2 ks A), and normal force of each family
     sums = [np.bincount(of, x, len(known)) for x in (0.5 * kn * area * closing**2, 0.5 * shear / (ks * area), push)]

@@ -59,7 +59,9 @@ def simulate(
         history then reads them from there, and its checkpoint is there: ``History.load(folder)`` goes on after a kill
     progress : called with the last sample as a mapping; return True to stop ("interrupted")
     start : a history, or a state, to continue from, with its own mode, laws, points and loads; one that differs from
-        them is refused by name. What was cut off in the middle of a stage goes on with :func:`resume`
+        them is refused by name. From a history stages go on to the bits that one run of all of them gives; at a state,
+        which may have been changed by hand, contacts are looked for at once. What was cut off in the middle of a stage
+        goes on with :func:`resume`
     factors : of the load cases at the start; those of ``start``, or dead loads alone
     detect_every : most steps between two searches for new contacts; where blocks move fast there are fewer. Searches
         begin when a sample sees two blocks that have moved by 2.5 % of the smallest block dimension against each other,
@@ -175,7 +177,8 @@ def prepared(
             raise InputError(f"factors must be {len(state.factors)} numbers, got {factors!r}")
         state.factors = now
     state.take_loads(loads)
-    settings = RunSettings(sample, damping, tuple(stage_as_text(s) for s in todo), detect_every)
+    watch = start.settings.watch if isinstance(start, History) else None
+    settings = RunSettings(sample, damping, tuple(stage_as_text(s) for s in todo), detect_every, watch=watch)
     recorder = Recorder(assembly, loads, state, todo, settings, store)
     recorder.notes += notes
     recorder.same = start.same if isinstance(start, History) else {}
