@@ -20,7 +20,7 @@ from dem.model.strain_shapes import (
 )
 from dem.model.tie_arrays import make_ties
 from limitmason.arrays import Array, Flags
-from limitmason.checks import choice
+from limitmason.checks import choice, positive
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
@@ -137,9 +137,10 @@ def initial_state(
     ------
     InputError
         For an unknown mode, no free block, joints without stiffness, massless blocks in a dynamic run, and a given
-        time step above the stable one.
+        time step that is not positive or above the stable one.
     """
     choice("mode", mode, (QUASI_STATIC, DYNAMIC))
+    dt = None if dt is None else positive("dt", dt)
     n, free = assembly.n_blocks, ~assembly.fixed
     if not free.any():
         raise InputError("every block is held: there is nothing to simulate")

@@ -158,5 +158,5 @@ def test_the_pull_of_a_bonded_joint_is_no_shear_of_the_one_that_takes_over():
     state = dem.initial_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
     state.bodies.shift[1] = aside, 0.0, apart
     assert state.measured(pair).force.sum(axis=0) == pytest.approx([-ks * 0.04 * aside, 0.0, -kn * 0.04 * apart])
-    new, slip = heir_of(pair, state, [(-0.1, -0.1), (-0.1, 0.1), (0.1, 0.1), (0.1, -0.1)], apart)
+    _, slip = heir_of(pair, state, [(-0.1, -0.1), (-0.1, 0.1), (0.1, 0.1), (0.1, -0.1)], apart)
     assert np.linalg.norm(slip, axis=1) == pytest.approx(aside, rel=1e-9)
