@@ -211,8 +211,9 @@ def tilt_test(
     if not 0.0 < finite("to_deg", to_deg) < 90.0:
         raise InputError(f"to_deg must lie between 0 and 90 degrees, got {to_deg!r}")
     tolerance, moved_limit = positive("tolerance", tolerance), positive("moved_limit", moved_limit)
-    # the rate check needs at least one halving
-    steps, halvings = count("steps", steps), count("halvings", halvings)
+    steps = count("steps", steps)
+    if (halvings := count("halvings", halvings, 0)) < 1:
+        raise InputError("halvings must be positive: the rate check needs at least one halving")
     # some 200 samples in a run, of 20 steps at least; chosen
     every = max(steps // 200, 20) if sample is None else count("sample", sample)
     if not assembly.held.any():

@@ -139,7 +139,7 @@ WRONG = {
     "no time": (lambda _: dem.simulate(W, dem.Hold(duration=1), mode="dynamic", dt=0.0), "dt must be positive"),
     "table, angle": (lambda _: dem.tilt_test(W, to_deg="45"), "to_deg must be a finite number, got '45'"),
     "table, steps": (lambda _: dem.tilt_test(W, steps="many"), "steps must be a finite number, got 'many'"),
-    "table, halvings": (lambda _: dem.tilt_test(W, halvings=2.5), "halvings must be a whole number of at least 1"),
+    "table, halvings": (lambda _: dem.tilt_test(W, halvings=2.5), "halvings must be a whole number of at least 0"),
     "table, samples": (lambda _: dem.tilt_test(W, sample=0), "sample must be a whole number of at least 1, got 0"),
     "table, moved": (lambda _: dem.tilt_test(W, moved_limit=-1.0), "moved_limit must be positive, got -1.0"),
     "load, moved": (lambda _: dem.collapse(W, L, moved_limit=-1.0), "moved_limit must be positive, got -1.0"),
