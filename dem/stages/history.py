@@ -76,7 +76,7 @@ class RunSettings(NamedTuple):
     stages: tuple[str, ...] = ()
     detect_every: int | None = None
     status: RunStatus = RunStatus.FINISHED
-    watch: Sequence[float] | None = None
+    watch: Sequence[Any] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,7 +37,9 @@ def check_stages(stages: Sequence[Stage], loaded: bool) -> list[str]:
                 check(f"{name}: {field}", getattr(stage, field))
         if stage.damping is not None:
             instance(f"{name}: damping", stage.damping, Damping)
-        for block, servo in instance(f"{name}: servo", stage.servo, Mapping, "of blocks to Servo").items():
+        if not isinstance(stage.servo, Mapping):
+            raise InputError(f"{name}: servo must be a mapping of blocks to Servo, got {stage.servo!r}")
+        for block, servo in stage.servo.items():
             instance(f"{name}: servo of block {block!r}", servo, Servo)
         if isinstance(stage, Settle) and stage.gently and (number or loaded):
             raise InputError(f"{name}: loads act already, they cannot come on gently: give gently= in the first stage")

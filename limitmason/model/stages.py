@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from limitmason.arrays import Array, Flags
-from limitmason.checks import count, finite, instance, not_negative
+from limitmason.checks import count, finite, not_negative
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_vector
@@ -212,8 +212,9 @@ class Drive(Stage):
 
     def __post_init__(self) -> None:
         """Check what can be checked without a model."""
-        given = instance("Drive: displacement", self.displacement, Mapping, "of blocks to {'x': 0.005} [m, rad]")
-        for block, moves in given.items():
+        if not isinstance(self.displacement, Mapping):
+            raise InputError(f"Drive: displacement must be a mapping of blocks to moves, got {self.displacement!r}")
+        for block, moves in self.displacement.items():
             if not isinstance(moves, Mapping):
                 raise InputError(f"Drive: moves of block {block!r} must read {{'x': 0.005}} [m, rad], got {moves!r}")
             for name, value in moves.items():
