@@ -10,10 +10,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, TypedDict
 
+import numpy as np
+
 from dem.model.held_load import LoadVerdict
 from dem.model.joints import Grid as Spacing
 from dem.model.joints import JointOptions
-from limitmason.checks import choice, positive
+from limitmason.checks import choice, count, instance, positive
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE, ZONED
 from limitmason.errors import InputError
@@ -108,7 +110,7 @@ class DemSettings:
     Raises
     ------
     InputError
-        For an unknown check, and a tolerance that is not positive.
+        For an unknown check, and numbers that are not positive.
     """
 
     contact_points: Grid | Mapping[str, Grid] | None = None
@@ -130,10 +132,24 @@ class DemSettings:
         """Say which setting is wrong."""
         choice("contacts", self.contacts, (EDGES, FIRST))
         positive("tolerance", self.tolerance)
+        positive("equilibrium", self.equilibrium)
+        count("max_steps", self.max_steps)
+        for name in ("moved_limit", "first_increment"):
+            if getattr(self, name) is not None:
+                positive(name, getattr(self, name))
+        _of_classes(self)
         if isinstance(self.error_budget, str):
             raise InputError(f"error_budget must be several of {', '.join(CHECKS)}, such as ({self.error_budget!r},)")
         for check in self.error_budget:
             choice("a check of error_budget", check, CHECKS)
+
+
+def _of_classes(settings: DemSettings | PushSettings) -> None:
+    """Refuse a damping, or options of joints, that are something else."""
+    if settings.damping is not None:
+        instance("damping", settings.damping, Damping)
+    if settings.joint_options is not None:
+        instance("joint_options", settings.joint_options, JointOptions)
 
 
 KINDS = (RIGID, LUMPED, SIMPLY_DEFORMABLE, ZONED)
@@ -212,6 +228,12 @@ class PushSettings:
     def __post_init__(self) -> None:
         """Say which setting is wrong, or would not be used."""
         choice("blocks", self.blocks, KINDS)
+        count("samples", self.samples)
+        if self.steps is not None:
+            count("steps", self.steps)
+        if self.longest != np.inf:
+            positive("longest", self.longest)
+        _of_classes(self)
         for name, usual in ((f.name, f.default) for f in fields(self) if f.name in _TAKEN_BY):
             if getattr(self, name) != usual and self.blocks not in _TAKEN_BY[name]:
                 raise InputError(

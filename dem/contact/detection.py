@@ -23,7 +23,7 @@ from dem.contact.joint_renewal import (
 from dem.contact.near import ALWAYS, SMALL, Neighbours, placed
 from dem.contact.new_joints import Fresh, assemble, cut
 from dem.contact.piece_contacts import FLAT, Bearings, PiecesMeet, area_of, least_area, moved_together, on_next_faces
-from dem.contact.state_transfer import Families, close_setbacks, inherit, keep_energy
+from dem.contact.state_transfer import Families, close_setbacks, inherit, keep_energy, keep_pace
 from dem.kernels import APART, CROSSING, E_DAMPING, FACES, Joints, NearPairs
 from dem.kernels.arrays import Index
 from dem.model.edge_points import note_slid
@@ -113,6 +113,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
         return Found([], soonest)
     if made:
         keep_energy(search.state, search.now, np.where(search.stays, -1, search.group), made, families)
+        keep_pace(state, assembly.centroids, made)
     # energy that the joints which go store, less what the new ones will
     stored = search.state.part(np.flatnonzero(~search.stays)).measured(assembly).elastic_energy
     stays = np.ones(len(state.contact), dtype=bool)

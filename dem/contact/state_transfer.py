@@ -9,7 +9,10 @@ from dem.kernels import CROSSING, FACES, LAW, Testators
 from dem.model.stable_step import owners, points_of
 from dem.model.state import PointForces, State
 from dem.model.strain_shapes import relative_deformation
-from limitmason.arrays import Index
+from limitmason.arrays import Array, Index
+
+SLIDES = 0.99
+"""Part of the largest shear by Coulomb's law from which a new point is taken to slide [-]; chosen."""
 
 
 class Families:
@@ -126,13 +129,46 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
     kn, ks, closing = law[:, LAW.kn], law[:, LAW.ks], np.maximum(-now.opening[old], 0.0)
     # normal force, and the square of the shear force that is left of the whole
     push = kn * area * np.minimum(closing, law[:, LAW.crushing])
-    shear = np.maximum((now.force[old] ** 2).sum(axis=1) - push**2, 0.0)
+    # that of bonded points that are pulled is no shear either
+    joint, force = now.owner[old], now.force[old]
+    turn = state.bodies.rot[state.joints.block_a[joint]] + np.eye(3)
+    pull = np.einsum("pi,pij,pj->p", force, turn, state.joints.frame[joint, 2]) * (now.opening[old] > 0.0)
+    shear = np.maximum((force**2).sum(axis=1) - push**2 - pull**2, 0.0)
     of = np.searchsorted(known, family[now.owner[old]])
     # energy of pressure, energy of shear T^2 / (2 ks A), and normal force of each family
     sums = [np.bincount(of, x, len(known)) for x in (0.5 * kn * area * closing**2, 0.5 * shear / (ks * area), push)]
     rows = np.argsort(number, kind="stable")
     start = np.searchsorted(number[rows], np.arange(len(known) + 1)).astype(np.int64)
     kernels.keep_energy(made.points, made.joints, made.heirs, start, rows, *sums)
+
+
+def keep_pace(state: State, centroids: Array, made: Fresh) -> None:
+    """Let new joints that slide have the plastic slip of one step ago, as all joints have between two steps.
+
+    Without this the way of the last step would be no slip but a motion of the springs: friction would give work back,
+    and dashpots would take it.
+
+    Parameters
+    ----------
+    state : of the blocks
+    centroids : of the blocks in the reference position [m], shape (n, 3)
+    made : new joints, which have their energy; slips are changed
+    """
+    joints, points, heirs, bodies = made.joints, made.points, made.heirs, state.bodies
+    j = owners(joints)
+    law, place = joints.law[j], heirs.position
+    way = np.zeros((len(j), 3))
+    for block, sign in ((joints.block_a[j], -1.0), (joints.block_b[j], 1.0)):
+        arm = place - centroids[block] - bodies.shift[block]
+        way += sign * state.dt * (bodies.vel[block] + np.cross(bodies.spin[block], arm))
+    way = np.einsum("pci,pi->pc", heirs.world[j, :2], way)
+    slip = np.column_stack([points.slip_1, points.slip_2])
+    borne = slip - heirs.aside
+    pressed = np.maximum(points.lift - points.gap - heirs.apart, 0.0)
+    most = (law[:, LAW.cohesion] + law[:, LAW.tan_phi] * law[:, LAW.kn] * pressed) / law[:, LAW.ks]
+    slides = (np.linalg.norm(borne, axis=1) > SLIDES * most) & (np.linalg.norm(borne - way, axis=1) > most)
+    slip -= slides[:, None] * way
+    points.slip_1[:], points.slip_2[:] = slip.T
 
 
 def close_setbacks(state: State, now: PointForces) -> None:

@@ -12,14 +12,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
-from dem.kernels import FACES, OF_A, OF_B
+from dem.kernels import FACES, OF_A, OF_B, Joints, Points
 from dem.model.pieces import Pieces
-from dem.model.state import PointForces, State
+from dem.model.state import ENDS, PointForces, State
 from limitmason.arrays import Array, Flags, Index
 from limitmason.model import Assembly
 
+LEVEL = 1e-9
+"""Component of a normal along the loads up to which two blocks stand side by side [-]."""
+
 NOTICED = 1e-4
 """Slip from which the points of a joint follow its edges, over the square root of its area [-]."""
+
+
+def base_first(assembly: Assembly, dead: Array, points: Points, joints: Joints) -> tuple[Points, Joints]:
+    """Joints whose first block is the one on whose face the other stands, whatever the numbers of the blocks.
+
+    A joint's plane turns with its first block. Of two blocks this is the one of which fewer edges end the contact: a
+    corner of the other bears on its face once that one rocks. Where both have as many it is the lower one, as the
+    dead loads pull, and side by side that of the lower number.
+
+    Parameters
+    ----------
+    dead : wrench per block [N, N m], shape (n, 6); its sum tells where down is
+    points, joints : in the reference position
+    """
+    ends, rows = np.full((len(points.s), ENDS), np.nan), np.arange(len(joints.block_a))
+    kernels.find_ends(points, joints, np.zeros(len(points.s)), Pieces.of(assembly).solids, rows, ends)
+    whose = ends[:, [5, 6, 8, 9]]
+    more = np.add.reduceat((whose == OF_A).sum(axis=1) - (whose == OF_B).sum(axis=1), joints.start[:-1])
+    total = dead[~assembly.fixed, :3].sum(axis=0)
+    # the normal points from the first block to the second
+    falls = joints.frame[:, 2] @ total > LEVEL * np.abs(dead[:, :3]).sum()
+    turned = (more > 0) | ((more == 0) & falls)
+    one, mine = turned[:, None], np.repeat(turned, np.diff(joints.start))
+    return points._replace(t=np.where(mine, -points.t, points.t)), joints._replace(
+        block_a=np.where(turned, joints.block_b, joints.block_a),
+        block_b=np.where(turned, joints.block_a, joints.block_b),
+        arm_a=np.where(one, joints.arm_b, joints.arm_a), arm_b=np.where(one, joints.arm_a, joints.arm_b),
+        frame=np.where(one[:, :, None], joints.frame * [[1.0], [-1.0], [-1.0]], joints.frame),
+    )
 
 
 def follow_edges(assembly: Assembly, state: State) -> None:

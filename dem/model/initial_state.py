@@ -6,6 +6,7 @@ import numpy as np
 
 from dem import kernels
 from dem.kernels import BlockModes, Joints, Points, RigidBodies
+from dem.model.edge_points import base_first
 from dem.model.joints import DEFAULT_POINTS, Grid, JointOptions, chosen_points, make_joints, make_points
 from dem.model.stable_step import SAFETY, block_stiffness, scaled_masses, stable_step
 from dem.model.state import DYNAMIC, ENDS, QUASI_STATIC, State
@@ -20,7 +21,7 @@ from dem.model.strain_shapes import (
 )
 from dem.model.tie_arrays import make_ties
 from limitmason.arrays import Array, Flags
-from limitmason.checks import choice
+from limitmason.checks import choice, positive
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
@@ -137,9 +138,10 @@ def initial_state(
     ------
     InputError
         For an unknown mode, no free block, joints without stiffness, massless blocks in a dynamic run, and a given
-        time step above the stable one.
+        time step that is not positive or above the stable one.
     """
     choice("mode", mode, (QUASI_STATIC, DYNAMIC))
+    dt = None if dt is None else positive("dt", dt)
     n, free = assembly.n_blocks, ~assembly.fixed
     if not free.any():
         raise InputError("every block is held: there is nothing to simulate")
@@ -156,6 +158,8 @@ def initial_state(
         raise InputError("no joint touches a free block: there is nothing to settle on")
     options = joint_options or JointOptions()
     points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
+    if mode == DYNAMIC:  # blocks that rock turn far
+        points, joints = base_first(assembly, loads.dead, points, joints)
     ties, said = make_ties(assembly, options.stiffness_factor)
     coarse = contact_model == "grid" and grid == DEFAULT_POINTS
     finer = "give contact_model='lobatto' and contact_points=(15, 15)"

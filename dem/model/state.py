@@ -290,6 +290,15 @@ class State:
             )
         return block_stresses(self.deformation, self.modes, self.bodies.rot + np.eye(3))
 
+    def senses(self, assembly: Assembly) -> Array:
+        """Of every point 1 where its joint has the first block of its interface as its own, else -1, shape (m,).
+
+        The second axis, the normal and the force of a joint of -1 are those of the interface turned round.
+        """
+        owner = owners(self.joints)
+        first = assembly.arrays.block_a[self.interface]
+        return np.where((self.interface >= 0) & (self.joints.block_a != first), -1.0, 1.0)[owner]
+
     def resultants(self, assembly: Assembly) -> Resultants:
         """Resultants of the interfaces of ``assembly`` from the contact forces, and of its ties.
 
@@ -300,13 +309,14 @@ class State:
         k = self.interface[now.owner]
         # joints cut anew belong to no interface
         kept = k >= 0
-        k = k[kept]
-        place = x.centre[k] + self.points.s[kept, None] * x.tangent_1[k] + self.points.t[kept, None] * x.tangent_2[k]
+        k, sense = k[kept], self.senses(assembly)[kept, None]
+        s, t = self.points.s[kept, None], sense * self.points.t[kept, None]
+        place = x.centre[k] + s * x.tangent_1[k] + t * x.tangent_2[k]
         rows = len(assembly.interfaces) + np.arange(len(assembly.ties))
         return resultants_from_points(
             assembly, np.concatenate([place, x.centre[rows]]), np.concatenate([k, rows]),
             np.concatenate([self.points.area[kept], x.area[rows]]),
-            np.concatenate([now.force[kept], pulls(self.ties, self.bodies)[:, None] * x.normal[rows]]),
+            np.concatenate([sense * now.force[kept], pulls(self.ties, self.bodies)[:, None] * x.normal[rows]]),
         )
 
 

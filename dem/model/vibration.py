@@ -41,7 +41,8 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
             "simulate with detect_every=None to keep the first contacts"
         )
     p = state.points
-    place = x.centre[k] + p.s[:, None] * x.tangent_1[k] + p.t[:, None] * x.tangent_2[k]
+    sense = state.senses(assembly)[:, None]
+    place = x.centre[k] + p.s[:, None] * x.tangent_1[k] + sense * p.t[:, None] * x.tangent_2[k]
     directions = np.stack([x.normal[k], x.tangent_1[k], x.tangent_2[k]], axis=1)
     shapes, plane, kind = None, None, RIGID
     if state.deformation is not None:
@@ -54,7 +55,8 @@ def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSyste
     )
     law = state.laws[k]
     # pressure, shear force and shear strength of every point [N]
-    normal = np.einsum("mi,mi->m", now.force, _turned(state, directions[:, 0], points.block_a))
+    carrier = state.joints.block_a[now.owner]
+    normal = np.einsum("mi,mi->m", sense * now.force, _turned(state, directions[:, 0], carrier))
     shear = np.sqrt(np.maximum((now.force**2).sum(axis=1) - normal**2, 0.0))
     strength = law_at(law, p.damage, np.hypot(p.slip_1, p.slip_2)).over(p.area)
     limit = np.maximum(strength.shear_strength(normal), 0.0)

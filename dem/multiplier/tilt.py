@@ -23,6 +23,7 @@ from dem.stages.resuming import RunStatus
 from dem.stages.simulate import simulate
 from limitmason.answers.results import Prediction, Status
 from limitmason.arrays import Array
+from limitmason.checks import count, finite, positive
 from limitmason.display.notebook import Displayed
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
@@ -193,7 +194,8 @@ def tilt_test(
     Raises
     ------
     InputError
-        When the direction is zero or not horizontal, ``to_deg`` is not between 0 and 90 or nothing is held.
+        When the direction is zero or not horizontal, ``to_deg`` is not between 0 and 90, nothing is held, or a number
+        is none that it can be.
     KeyboardInterrupt
         Stopped by the keyboard before the table has turned as slowly as it is to.
 
@@ -206,17 +208,20 @@ def tilt_test(
     """
     loads = Loads.horizontal(assembly, direction)
     downhill = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
-    if not 0.0 < to_deg < 90.0:
+    if not 0.0 < finite("to_deg", to_deg) < 90.0:
         raise InputError(f"to_deg must lie between 0 and 90 degrees, got {to_deg!r}")
-    if not tolerance > 0.0 or steps < 1 or halvings < 1:
-        raise InputError("tolerance, steps and halvings must be positive: the rate check needs at least one halving")
+    tolerance, moved_limit = positive("tolerance", tolerance), positive("moved_limit", moved_limit)
+    steps = count("steps", steps)
+    if (halvings := count("halvings", halvings, 0)) < 1:
+        raise InputError("halvings must be positive: the rate check needs at least one halving")
+    # some 200 samples in a run, of 20 steps at least; chosen
+    every = max(steps // 200, 20) if sample is None else count("sample", sample)
     if not assembly.held.any():
         raise InputError("nothing is held: a tilting test reads the reactions of the held blocks (the table)")
     axis = tuple(np.cross((0.0, 0.0, 1.0), downhill).tolist())
     scale = Scale.of(assembly, loads.dead)
     weight = float(assembly.weights[~assembly.fixed].sum())
     options = given(contacts, ContactOptions, "tilt_test")
-    every = sample or max(steps // 200, 20)  # steps; chosen: some 200 samples in a run, of 20 steps at least
     settled, _ = evenly_where_it_slides(assembly, Settle(tolerance=AT_REST), sample=every, **options)
     _refuse_cut(settled)
     # what has fallen comes to rest too, on the table: where it lies is not the wall that was to be tilted

@@ -67,7 +67,8 @@ _ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", *MARKS)
 class RunSettings(NamedTuple):
     """How a run was made, for going on with it: as :func:`dem.simulate` was told, and how its stages had gone.
 
-    ``stages`` are texts by which other stages are told apart, ``status`` is how those that are over have ended.
+    ``stages`` are texts by which other stages are told apart, ``status`` is how those that are over have ended and
+    ``watch`` the numbers of :class:`dem.stages.resuming.Watch`, None where nobody has looked for contacts yet.
     """
 
     sample: int | float = 1
@@ -75,6 +76,7 @@ class RunSettings(NamedTuple):
     stages: tuple[str, ...] = ()
     detect_every: int | None = None
     status: RunStatus = RunStatus.FINISHED
+    watch: Sequence[Any] | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Mapping, Sequence
+from dataclasses import astuple
 
 import numpy as np
 
@@ -101,7 +102,7 @@ class Recorder:
         self.samples = Samples(**shapes) if store is None else StoredSamples(store.folder, shapes)
         self.floor = Floor(assembly, state.dead)
         self.margin, self.reach = near_margin(assembly), reaches(assembly)
-        self.every, self.watch, self.settings = settings.detect_every, Watch(), settings
+        self.every, self.settings, self.watch = settings.detect_every, settings, Watch(*settings.watch or ())
         self._beyond_noted = False
         self.begun = self._energies()
         self.worked = 0.0  # largest work of the loads so far [J]: a block that comes back has taken none in all
@@ -276,7 +277,9 @@ class Recorder:
             self.begun = self._energies()
         if state.total[kernels.E_STEPS] == 0.0:
             state.total[kernels.E_BEGUN] = self.begun["kinetic"] + self.begun["elastic"]
-        self.start_looking()
+        # what goes on from a history searches when that would have
+        if self.settings.watch is None:
+            self.start_looking()
 
     def start_looking(self) -> None:
         """Begin to search where blocks have moved beyond small displacement already."""
@@ -362,11 +365,11 @@ class Recorder:
         """
         columns = self.samples.arrays()
         table = columns.pop("rows")
+        watched = None if self.every is None else astuple(self.watch)
         return History(
             self.assembly, status, {c: table[:, i].copy() for i, c in enumerate(COLUMNS)}, reaction_blocks=self.blocks,
             state=self.state, stages=tuple(s.name or type(s).__name__ for s in self.stages),
             warnings=tuple(dict.fromkeys(self.notes)), factors=tuple(self.state.factors.tolist()),
-            position=copy.deepcopy(self.position), settings=self.settings._replace(status=self.status),
-            same=self.same,
-            store=self.store, recorded=self.recorded, **columns,
+            position=copy.deepcopy(self.position), settings=self.settings._replace(status=self.status, watch=watched),
+            same=self.same, store=self.store, recorded=self.recorded, **columns,
         )

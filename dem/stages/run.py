@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from dem.stages.resuming import RunStatus, interrupts_wait
+from limitmason.checks import count
 from limitmason.display.progress import reached, taken_up, watched
-from limitmason.errors import InputError
 from limitmason.storage.interrupts import ends_early
 
 Progress = Callable[[Mapping[str, Any]], object]
@@ -64,8 +64,7 @@ def go(
     InputError
         For an interval below 1.
     """
-    if checkpoint_every < 1:
-        raise InputError(f"checkpoint_every must be at least 1, got {checkpoint_every}")
+    checkpoint_every = count("checkpoint_every", checkpoint_every)
     try:
         with interrupts_wait() as interrupt:
             run.begin()

@@ -19,11 +19,11 @@ from dem.stages.run import Progress, go
 from dem.stages.stage_checks import check_stages, prescribed
 from dem.stages.stage_run import StageRun
 from dem.stages.store import Store
-from limitmason.checks import instance, numbers, positive, several
+from limitmason.checks import count, finite, instance, numbers, positive, several
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.model_call import of_model
-from limitmason.model.stages import Damping, Stage
+from limitmason.model.stages import Damping, Ramp, Stage
 
 
 @of_model
@@ -59,7 +59,9 @@ def simulate(
         history then reads them from there, and its checkpoint is there: ``History.load(folder)`` goes on after a kill
     progress : called with the last sample as a mapping; return True to stop ("interrupted")
     start : a history, or a state, to continue from, with its own mode, laws, points and loads; one that differs from
-        them is refused by name. What was cut off in the middle of a stage goes on with :func:`resume`
+        them is refused by name. From a history stages go on to the bits that one run of all of them gives; at a state,
+        which may have been changed by hand, contacts are looked for at once. What was cut off in the middle of a stage
+        goes on with :func:`resume`
     factors : of the load cases at the start; those of ``start``, or dead loads alone
     detect_every : most steps between two searches for new contacts; where blocks move fast there are fewer. Searches
         begin when a sample sees two blocks that have moved by 2.5 % of the smallest block dimension against each other,
@@ -155,8 +157,7 @@ def prepared(
             )
     elif (sample := int(sample)) < 1:
         raise InputError(f"sample must be at least 1 step, got {sample}")
-    if detect_every is not None and detect_every < 1:
-        raise InputError(f"detect_every must be at least 1, got {detect_every}")
+    detect_every = None if detect_every is None else count("detect_every", detect_every)
     if before is None:
         loads = loads if loads is not None else Loads.weight(assembly)
         state = initial_state(assembly, loads, driven=prescribed(assembly, todo), **chosen)
@@ -173,9 +174,14 @@ def prepared(
         now = numbers("factors", factors)
         if now.shape != state.factors.shape:
             raise InputError(f"factors must be {len(state.factors)} numbers, got {factors!r}")
+        for value in now:
+            finite("factors: each", value)
         state.factors = now
     state.take_loads(loads)
-    settings = RunSettings(sample, damping, tuple(stage_as_text(s) for s in todo), detect_every)
+    if not state.live.any() and any(isinstance(s, Ramp) for s in todo):
+        raise InputError("a Ramp scales live loads, and there are none: give loads=lm.Loads.horizontal(assembly)")
+    watch = start.settings.watch if isinstance(start, History) else None
+    settings = RunSettings(sample, damping, tuple(stage_as_text(s) for s in todo), detect_every, watch=watch)
     recorder = Recorder(assembly, loads, state, todo, settings, store)
     recorder.notes += notes
     recorder.same = start.same if isinstance(start, History) else {}

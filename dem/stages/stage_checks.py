@@ -1,11 +1,11 @@
 """Stages read before a run: how long each lasts, which motions it prescribes, and what is refused of it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from limitmason.arrays import Array, Flags
-from limitmason.checks import instance, positive
+from limitmason.checks import count, instance, positive
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.base_motion import COAST, HOLD, BaseMotion
@@ -32,11 +32,13 @@ def check_stages(stages: Sequence[Stage], loaded: bool) -> list[str]:
     notes = []
     for number, stage in enumerate(stages):
         name = stage.name or f"stage {number} ({type(stage).__name__})"
-        for field in ("steps", "duration", "stop_when_moved"):
+        for field, check in (("steps", count), ("duration", positive), ("stop_when_moved", positive)):
             if getattr(stage, field, None) is not None:
-                positive(f"{name}: {field}", getattr(stage, field))
+                check(f"{name}: {field}", getattr(stage, field))
         if stage.damping is not None:
             instance(f"{name}: damping", stage.damping, Damping)
+        if not isinstance(stage.servo, Mapping):
+            raise InputError(f"{name}: servo must be a mapping of blocks to Servo, got {stage.servo!r}")
         for block, servo in stage.servo.items():
             instance(f"{name}: servo of block {block!r}", servo, Servo)
         if isinstance(stage, Settle) and stage.gently and (number or loaded):

@@ -31,6 +31,8 @@ _UNEVEN = 0.01  # of the step, chosen: times in a file are rounded, by more than
 
 _ACCELERATIONS = {"m/s2": 1.0, "cm/s2": 1e-2, "gal": 1e-2, "mm/s2": 1e-3, "g": GRAVITY}
 _TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
+# read in round brackets beside the known ones, and refused: without them a record in mg would be one in m/s2
+_OTHER_UNITS = ("mg", "%g", "% g", "milli-g", "m", "cm", "mm", "in", "ft")
 
 
 @dataclass(frozen=True)
@@ -98,8 +100,9 @@ class BaseMotion(Displayed, Stage):
         Raises
         ------
         InputError
-            For an unknown unit, in the heading too, or another one than the heading's, a line of no numbers below one
-            of numbers, and times that are not equally spaced; it names file and line.
+            For an unknown unit, in the heading too, or another one than the heading's, a heading such as "acc_g"
+            where ``units`` is omitted, a line without an acceleration among those of
+            numbers, and times that are not equally spaced; it names file and line.
         """
         known = ", ".join(_ACCELERATIONS)
         if units is not None and units not in _ACCELERATIONS:
@@ -107,7 +110,7 @@ class BaseMotion(Displayed, Stage):
         columns = [column] if isinstance(column, int) else list(column)
         if not all(isinstance(c, int) and c > 0 for c in columns):
             raise InputError(f"column must be a whole number above 0, or three of them, got {column!r}")
-        rows, headed, clock = _read_columns(path, columns)
+        rows, headed, clock = _read_columns(path, columns, units)
         if len(rows) < 2:
             where = "" if column == 1 else f" in column {column}"
             raise InputError(f"{path}: no two lines of time, acceleration{where} (or with semicolons or tabs between)")
@@ -205,13 +208,16 @@ class BaseMotion(Displayed, Stage):
         return nodes[k] + a[k] * r + 0.5 * (a[k + 1] - a[k]) / h * r * r
 
 
-def _read_columns(path: str | Path, columns: Sequence[int]) -> tuple[list[list[float]], dict[str, int], str]:
+def _read_columns(
+    path: str | Path, columns: Sequence[int], units: str | None
+) -> tuple[list[list[float]], dict[str, int], str]:
     """Numbers of a file and the units that its headings say.
 
     Parameters
     ----------
     path : of the file
     columns : numbers of those that hold an acceleration, counted from 0
+    units : of the acceleration as the user says, None where the headings are to say it
 
     Returns
     -------
@@ -221,7 +227,7 @@ def _read_columns(path: str | Path, columns: Sequence[int]) -> tuple[list[list[f
     """
     rows: list[list[float]] = []
     headed: dict[str, int] = {}
-    clock = "s"
+    clock, above = "s", ""
     typed: list[tuple[int, str]] = []  # cells as they stand in the file, where a comma may be a decimal sign
     for number, line in enumerate(read_text(path).splitlines(), 1):
         line = line.strip().removeprefix(UNITS.strip())
@@ -234,10 +240,19 @@ def _read_columns(path: str | Path, columns: Sequence[int]) -> tuple[list[list[f
             # above the numbers it is a heading, among them a fault
             if rows and line.strip():
                 raise InputError(f"{path}, line {number}: no time and acceleration in {line!r}") from None
+            above = cells[0] if cells else ""
             headed |= {unit: number for c in columns if (unit := _unit(cells, c, _ACCELERATIONS))}
+            bare = [cells[c] for c in columns if c < len(cells) and _ends_with_unit(cells[c])]
+            if bare and units is None:
+                words = f"is {bare[0]!r} in a unit? write that in brackets, or give units="
+                raise InputError(f"{path}, line {number}: {words}") from None
             clock = _unit(cells, 0, _TIMES) or clock
             if clock not in _TIMES:
                 raise InputError(f"{path}, line {number}: time in {clock!r}; it is read in s or ms") from None
+            continue
+        # a time right above the first numbers is that of a sample
+        if len(rows) == 1 and _is_number(above):
+            raise InputError(f"{path}, line {number - 1}: a time, {above}, without an acceleration")
     if doubt := two_decimal_signs(typed):
         raise InputError(f"{path}: {doubt}")
     return rows, headed, clock
@@ -246,22 +261,37 @@ def _read_columns(path: str | Path, columns: Sequence[int]) -> tuple[list[list[f
 def _unit(cells: Sequence[str], column: int, known: Iterable[str]) -> str:
     """Unit in a heading, in lower case, or an empty word.
 
-    It stands in square brackets, or in round ones, where years and names stand too, or is the last word.
+    It stands alone, in square brackets, or in round ones, where years and names stand too, or is the last word.
 
     Parameters
     ----------
     cells : of the heading
     column : whose unit is asked for, counted from 0
-    known : units that are read in round brackets and as the last word
+    known : units that are read alone, in round brackets and as the last word
     """
+    if column < len(cells) and cells[column].strip().lower() in known:
+        return cells[column].strip().lower()
     words = re.search(r"\[([^]]*)]|\(([^)]*)\)", cells[column]) if column < len(cells) else None
     if words is None:  # of a longer word only what is there by itself: not the g of "ag"
         last = _plain_unit(re.split(r"\s|(?<=\s)/", cells[column])[-1].lstrip("/")) if column < len(cells) else ""
         return last if last in known or (column > 0 and "/s" in last) else ""
     unit = _plain_unit(words[1] or words[2] or "")
-    return unit if words[1] or unit in known or "/s" in unit else ""
+    return unit if words[1] or unit in known or unit in _OTHER_UNITS or "/s" in unit else ""
 
 
 def _plain_unit(text: str) -> str:
     """A unit in lower case and without signs of powers."""
     return text.strip().replace("²", "2").replace("^", "").lower()
+
+
+def _ends_with_unit(cell: str) -> bool:
+    """Whether a heading ends with a unit of acceleration that is neither a word of its own nor in brackets."""
+    return "_" in cell and _plain_unit(cell.rsplit("_", 1)[1]) in _ACCELERATIONS
+
+
+def _is_number(cell: str) -> bool:
+    """Whether a cell holds a number."""
+    try:
+        return bool(np.isfinite(float(cell)))
+    except ValueError:
+        return False

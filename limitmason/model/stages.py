@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from limitmason.arrays import Array, Flags
-from limitmason.checks import finite, not_negative
+from limitmason.checks import count, finite, not_negative
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_vector
@@ -43,7 +43,8 @@ class Damping:
 
     def __post_init__(self) -> None:
         """Check the range."""
-        if not (0.0 <= self.local <= 0.9 and self.adaptive >= 0.0):
+        local, adaptive = finite("Damping: local", self.local), finite("Damping: adaptive", self.adaptive)
+        if not (0.0 <= local <= 0.9 and adaptive >= 0.0):
             raise InputError(
                 f"local damping must lie in 0 .. 0.9 and adaptive be >= 0, got {self.local!r} and {self.adaptive!r}"
             )
@@ -74,7 +75,8 @@ class Servo:
 
     def __post_init__(self) -> None:
         """Check the range."""
-        if not (np.isfinite(self.force) and 0.0 < self.gain <= 0.5):
+        finite("Servo: force", self.force)
+        if not 0.0 < finite("Servo: gain", self.gain) <= 0.5:
             raise InputError(f"a servo needs a finite force and 0 < gain <= 0.5, got {self.force!r} and {self.gain!r}")
 
 
@@ -119,7 +121,7 @@ class Settle(Stage):
     def __post_init__(self) -> None:
         """Check the range."""
         not_negative("Settle: tolerance", self.tolerance)
-        if not 0 <= self.gently < self.max_steps:
+        if not 0 <= count("Settle: gently", self.gently, 0) < count("Settle: max_steps", self.max_steps):
             raise InputError(f"Settle: gently must lie in 0 .. max_steps, got {self.gently!r} of {self.max_steps!r}")
 
 
@@ -210,12 +212,14 @@ class Drive(Stage):
 
     def __post_init__(self) -> None:
         """Check what can be checked without a model."""
+        if not isinstance(self.displacement, Mapping):
+            raise InputError(f"Drive: displacement must be a mapping of blocks to moves, got {self.displacement!r}")
         for block, moves in self.displacement.items():
             if not isinstance(moves, Mapping):
                 raise InputError(f"Drive: moves of block {block!r} must read {{'x': 0.005}} [m, rad], got {moves!r}")
             for name, value in moves.items():
                 finite(f"Drive: displacement of block {block!r} along {name!r}", value)
-        if self.calm is not None and not (self.calm > 0.0 and self.duration is None):
+        if self.calm is not None and not (finite("Drive: calm", self.calm) > 0.0 and self.duration is None):
             raise InputError(f"Drive: calm must be positive, and the length be given in steps, got {self.calm!r}")
 
     def twists(self, assembly: Assembly) -> tuple[Array, Flags]:

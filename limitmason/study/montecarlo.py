@@ -15,7 +15,7 @@ from scipy.stats import qmc
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
-from limitmason.checks import choice, count
+from limitmason.checks import choice, count, instance
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.methods import get_method
 from limitmason.model.assembly import Assembly
@@ -107,7 +107,7 @@ def monte_carlo(
     names, joints, parameters = _variables(build, joints, parameters, blocks)
     if "density" in blocks and not callable(build) and not callable(build[1]):
         raise InputError("a random density needs loads that follow it: give a function, such as lm.Loads.weight")
-    if stop is not None and scheme != "random":
+    if stop is not None and instance("stop", stop, Stop) and scheme != "random":
         raise InputError('a stopping rule needs scheme="random": a Latin hypercube is one whole')
     choice("scheme", scheme, SCHEMES)
     samples, seed = count("samples", samples), count("seed", seed, 0)

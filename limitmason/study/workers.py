@@ -9,6 +9,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, as_completed, wait
+from numbers import Integral
 from typing import Any
 
 from limitmason.answers.results import Prediction
@@ -61,8 +62,8 @@ def run_points(
     if executor is not None:
         yield from _on_executor(function, jobs, _as_executor(executor))
         return
-    if workers == 0:
-        raise InputError("workers must be at least 1, or -1 for one per core, got 0")
+    if not isinstance(workers, Integral) or workers == 0:
+        raise InputError(f"workers must be at least 1, or -1 for one per core, and a whole number, got {workers!r}")
     if workers < 1:
         from joblib import effective_n_jobs
 

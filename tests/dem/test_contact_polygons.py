@@ -147,3 +147,16 @@ def test_a_face_presses_no_harder_for_the_sake_of_energy():
     pressed = np.maximum(-new.points.gap, 0.0)
     assert kn * (new.points.area * pressed).sum() == pytest.approx(HARDER * force, rel=1e-9)
     assert 0.5 * kn * (new.points.area * pressed**2).sum() < now.elastic_energy
+
+
+def test_the_pull_of_a_bonded_joint_is_no_shear_of_the_one_that_takes_over():
+    # pulled by N and sheared by T: T^2 / (2 ks A) is energy of shear, N^2 / (2 ks A) was counted as some too
+    kn, ks, apart, aside = 1e8, 5e7, 2e-5, 1e-5
+    joint = lm.Joint(30.0, cohesion=1e4, tensile_strength=4e3, normal_stiffness=kn, shear_stiffness=ks)
+    blocks = [box((-1, -1, -1), (1, 1, 0)), box((-0.1, -0.1, 0), (0.1, 0.1, 0.2))]
+    pair = lm.Assembly.from_polyhedra(blocks, joint=joint, fixed=[0])
+    state = dem.initial_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
+    state.bodies.shift[1] = aside, 0.0, apart
+    assert state.measured(pair).force.sum(axis=0) == pytest.approx([-ks * 0.04 * aside, 0.0, -kn * 0.04 * apart])
+    _, slip = heir_of(pair, state, [(-0.1, -0.1), (-0.1, 0.1), (0.1, 0.1), (0.1, -0.1)], apart)
+    assert np.linalg.norm(slip, axis=1) == pytest.approx(aside, rel=1e-9)

@@ -78,3 +78,64 @@ def test_points_between_the_edges_leave_more_spin_and_never_more_than_there_was(
     # an impulse of points that only push lies between the middle, about which nothing is lost, and the new edge
     assert left_by_impulse_at(WIDTH / 2) * (1.0 - 5e-3) < kept[0]
     assert kept[2] < left_by_impulse_at(0.0)
+
+
+FLOOR, LOW, TOP = box((-1, -1, -0.1), (1, 1, 0)), box((-0.1, -0.15, 0), (0.1, 0.15, 0.5)), box(
+    (-0.08, -0.15, 0.5), (0.08, 0.15, 0.9)
+)
+
+
+def numbered(order, *solids):
+    """Solids, of which the first is held, as blocks in another order."""
+    joint = lm.Joint(40.0, normal_stiffness=5e8, shear_stiffness=2.5e8)
+    return lm.Assembly.from_polyhedra([solids[k] for k in order], joint=joint, fixed=[order.index(0)])
+
+
+@pytest.mark.slow
+def test_a_stack_that_rocks_moves_alike_whatever_the_numbers_of_its_blocks():
+    # the plane of a joint turns with its first block: by number, the upper block fell in five orders of six
+    record = 6.0 * np.sin(2.0 * np.pi * np.arange(0.0, 0.3005, 0.005) / 0.3)
+    stages = [dem.BaseMotion(record, 0.005, after="coast"), dem.Hold(duration=0.7)]
+    ways = []
+    for order in itertools.permutations(range(3)):
+        stack = numbered(order, FLOOR, LOW, TOP)
+        run = dem.simulate(stack, stages, mode="dynamic", sample=0.02, contact_points=(2, 2))
+        assert any("contacts are searched for" in w for w in run.warnings)
+        ways.append(run.shift[:, [order.index(k) for k in range(3)]])
+    for way in ways[1:]:
+        assert np.abs(way - ways[0]).max() < 1e-5
+
+
+@pytest.mark.exact
+def test_the_plane_of_a_joint_is_the_face_that_goes_on_beyond_it_and_else_that_of_the_lower_block():
+    wide, even, beside = box((-0.3, -0.3, 0.5), (0.3, 0.3, 0.9)), box((-0.1, -0.15, 0.5), (0.1, 0.15, 0.9)), box(
+        (0.1, -0.05, 0.1), (0.3, 0.05, 0.3)
+    )
+    for order in itertools.permutations(range(3)):
+        for third, base in ((TOP, 1), (wide, 2), (even, 1), (beside, 1)):
+            made = numbered(order, FLOOR, LOW, third)
+            state = dem.initial_state(made, lm.Loads.weight(made), mode="dynamic", contact_points=(2, 2))
+            pairs = {(order[a], order[b]) for a, b in zip(state.joints.block_a, state.joints.block_b, strict=True)}
+            assert pairs == {(0, 1), (base, 3 - base)}
+            assert np.linalg.det(state.joints.frame) == pytest.approx(1.0)
+
+
+@pytest.mark.exact
+def test_forces_in_joints_that_were_turned_round_are_those_of_the_interfaces():
+    for order in ((0, 1, 2), (2, 1, 0), (1, 0, 2)):
+        stack = numbered(order, FLOOR, LOW, box((-0.08, -0.15, 0.5), (0.04, 0.05, 0.9)))
+        run = dem.simulate(
+            stack, dem.Hold(duration=0.4), mode="dynamic", contact_points=(2, 2), damping=dem.Damping(local=0.7)
+        )
+        found, low, top = run.state.resultants(stack), order.index(1), order.index(2)
+        for k, interface in enumerate(stack.interfaces):
+            pair = {interface.block_a, interface.block_b}
+            above = [top] if pair == {low, top} else [low, top]
+            weight = stack.weights[above]
+            assert found.normal[k] == pytest.approx(weight.sum(), rel=1e-3)
+            mine = found.point_interface == k
+            force = found.point_force[mine, 2]
+            # on block b: up where that is the upper one
+            assert force.sum() == pytest.approx(weight.sum() * (1.0 if interface.block_b in above else -1.0), rel=1e-3)
+            place = force @ found.point_position[mine, :2] / force.sum()
+            assert place == pytest.approx(weight @ stack.centroids[above, :2] / weight.sum(), abs=2e-4)

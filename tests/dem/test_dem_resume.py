@@ -178,6 +178,27 @@ def test_a_history_goes_on_with_its_own_loads_and_factors():
     assert given["multiplier"][-1] == pytest.approx(0.3)
 
 
+@pytest.mark.slow
+def test_stages_one_by_one_give_the_bits_of_one_run_of_them_all_where_contacts_are_searched_for(tmp_path):
+    # a search at every begin moved a wall of two stages by 0.1 mm of 120 at its end
+    t = np.arange(0.0, 0.405, 0.01)
+    shaken = dem.BaseMotion(np.column_stack([6 * np.sin(20 * t), 9 * np.cos(31 * t), 0 * t]), 0.01, after="coast")
+    column = stack([(0.3, 0.2)] * 4, joint=JOINT)
+    every = [shaken, dem.Hold(duration=0.06), dem.Hold(duration=0.06)]
+    options = {"contact_points": (2, 2), "mode": "dynamic"}
+    whole = dem.simulate(column, every, sample=0.02, **options)
+    assert any("contacts are searched for" in w for w in whole.warnings)
+    history = dem.simulate(column, every[0], sample=0.02, **options)
+    for stage in every[1:]:
+        history.save(tmp_path / "part.npz")
+        history = dem.simulate(column, stage, start=dem.History.load(tmp_path / "part.npz", column), sample=0.02)
+    mine, other = history.state.arrays(), whole.state.arrays()
+    for name, value in mine.items():
+        assert np.array_equal(value, other[name], equal_nan=value.dtype.kind == "f"), name
+    for name in ("kinetic", "elastic", "friction", "damping", "support"):
+        assert history[name][-1] == whole[name][-1], name
+
+
 def test_what_does_not_fit_the_run_before_is_refused_by_name(tmp_path):
     wall, loads = wall_and_loads()
     begun = dem.simulate(wall, [dem.Hold(steps=100), dem.Ramp(to=0.3, steps=400)], loads=loads)

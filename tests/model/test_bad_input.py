@@ -341,7 +341,15 @@ def test_a_ground_motion_is_read_in_its_units(tmp_path):
             lm.dem.BaseMotion.from_csv(path, **words)
     path.write_text("t;a\n0,00;0,5\n0,02;-0,5\n", encoding="utf-8")  # a spreadsheet whose decimal sign is the comma
     assert np.allclose(lm.dem.BaseMotion.from_csv(path).acceleration, [0.5, -0.5])
+    path.write_text("t,a\ns,g\n0,0\n0.02,1\n", encoding="utf-8")  # a line of units, as in tables of measured numbers
+    assert np.allclose(lm.dem.BaseMotion.from_csv(path).acceleration, [0.0, 9.81])
+    for heading in ("t,acc_g", "t,a (mg)", "t,a (%g)"):  # read as m/s2 before
+        path.write_text(f"{heading}\n0,0\n0.02,1\n", encoding="utf-8")
+        with pytest.raises(InputError, match="line 1: .*give units="):
+            lm.dem.BaseMotion.from_csv(path)
+        assert np.allclose(lm.dem.BaseMotion.from_csv(path, units="g").acceleration, [0.0, 9.81])
     for text, message in (
+        ("t,a\n0,\n0.1,2\n0.2,1\n", "line 2: a time, 0, without an acceleration"),
         ("0,1\n0.1,2\n0.2,1\n0.4,1\n", "equally spaced; after 0.2 s"),
         ("0,1\n0.1,two\n", "line 2: no time and acceleration"),
         ("0 1\n1 2\n", "no two lines of time, acceleration"),
