@@ -28,6 +28,7 @@ from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_vectors
 from limitmason.model import Assembly
+from limitmason.model.relaid import of_kind
 from limitmason.model.stages import Damping
 from limitmason.storage.csv_table import Tabular
 from limitmason.storage.files import as_json, of_json, read_archive, write_archive
@@ -295,10 +296,13 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         return self.shift
 
     def diagram(self) -> dict[str, Any]:
-        """What ``plot()`` draws: the displacement of the block that ends farthest away [mm].
+        """What ``plot()`` draws, as arguments of ``limitmason.figures.history_curves``.
 
-        It is against the ground, over time or, in quasi-static mode, whose time counts steps, over steps.
+        It is the displacement of the block that ends farthest away [mm] against the ground, over time, in quasi-static
+        mode over steps.
         """
+        if not len(self.shift):
+            raise InputError("this history has nothing recorded: there is nothing to draw")
         moved = self._against_ground()
         k = int(np.argmax(np.linalg.norm(moved[-1], axis=1)))
         against, unit = ("time", "s") if self.state.mode == DYNAMIC else ("step", "")
@@ -331,13 +335,13 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         -------
         sample, interface : numbers
         """
-        kept = [k for k, i in enumerate(self.assembly.interfaces) if kind is None or i.kind == kind]
+        kept = np.flatnonzero(of_kind(self.assembly.interfaces, kind))
         with np.errstate(invalid="ignore"):
             hit = self.opening[:, kept] >= opening
         if not hit.any():
             return None
         sample = int(np.argmax(hit.any(axis=1)))
-        return sample, kept[int(np.argmax(hit[sample]))]
+        return sample, int(kept[np.argmax(hit[sample])])
 
     @property
     def energy_error(self) -> Array:
