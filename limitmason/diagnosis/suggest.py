@@ -27,7 +27,8 @@ def suggest(
 
     With a set of causes (or pairs) they separate its members, with an identified cause they hold it against every
     other of the list, with one that is not they show the contrast that only it makes, with none they separate the whole
-    list at visible sizes; an unexplained trend asks for the ends and the middle of its covariate.
+    list at visible sizes. An unexplained trend asks for specimens from end to end of its covariate, evenly spaced in
+    rank; more scatter than was stated asks for any repeats. Costs count in neither.
 
     Parameters
     ----------
@@ -38,20 +39,25 @@ def suggest(
     diagnosis : verdict so far, or None
     costs : of a test by what is measured in it; 1 where it is not told: what is chosen gains most for its cost
 
+    Returns
+    -------
+    plan.NextTests
+        The specimens, and where causes are told apart how well they are before and after these tests.
+
     Raises
     ------
     InputError
-        For an empty pool or more tests than the pool holds.
+        For an empty pool, more tests than the pool holds, or a cost that is not positive.
     """
     pool = list(pool)
     if not 1 <= k <= len(pool):
         raise InputError(f"k must lie between 1 and the size of the pool ({len(pool)}), got {k}")
-    verdict = diagnosis.verdict if diagnosis is not None else None
-    if verdict is not None and verdict.kind in ("unexplained", "scatter"):
-        return _spread(verdict.covariate if verdict.kind == "unexplained" else None, pool, k)
     price = np.array([float(costs.get(q, 1.0)) for q in there.rows.quantities])
     if not (price > 0.0).all():
         raise InputError(f"costs must be positive, got {dict(costs)}")
+    verdict = diagnosis.verdict if diagnosis is not None else None
+    if verdict is not None and verdict.kind in ("unexplained", "scatter"):
+        return _spread(verdict.covariate if verdict.kind == "unexplained" else None, pool, k)
     if diagnosis is not None and diagnosis.kind == "behaves like":
         return _identify(design, there, pool, k, diagnosis, price)
     truths, pairs, reason = _hypotheses(design, there, diagnosis)
