@@ -78,9 +78,10 @@ def cut(
     contact = met.kind[rows[kept]]
     law, origin = _laws(assembly, state, poses, (one, two), like[kept], out.world[kept, 2], out.arm_a[kept])
     crosses = contact == CROSSING
-    # edges that cross meet in a point: no bond and no dilation there
+    # edges that cross meet in a point: no bond and no dilation there, and no damage is done. What the pair has suffered
+    # before still counts: friction lies between peak and residual value as the damage says that its points inherit
     for column in (LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension, LAW.tan_psi, LAW.rest_tan_psi,
-                   LAW.by_opening):
+                   LAW.by_opening, LAW.by_slip):
         law[crosses, column] = 0.0
     law[crosses, LAW.cross] = 1.0
     joints = Joints(

@@ -30,7 +30,8 @@ def _crossing_forces(
 ) -> None:
     """Add the forces of all crossing edges; a call from the loop of :func:`_joint_forces` would slow that by half.
 
-    Their law has no cohesion, tension or dilation, and no added terms: what slips there is not counted.
+    Their law has no cohesion, tension or dilation, and no added terms: what slips there is not counted and does no
+    damage. Friction is what the damage has left that the point inherited.
 
     Parameters
     ----------
