@@ -1,4 +1,7 @@
-"""Factors of the load cases on the way through a stage: live loads that grow, weight that turns, loads that come on."""
+"""Factors of the load cases through a stage: live loads that grow, weight that turns, loads that come on.
+
+Motions that are prescribed, as that of the ground, are in ``stage_run``.
+"""
 
 import numpy as np
 

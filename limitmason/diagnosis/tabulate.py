@@ -40,7 +40,7 @@ class Tabulator:
     simulator : the calls
     rows : the numbers that are compared
     nuisance : measured inputs by name; those with error 0 are passed on as exact
-    noise : noise per specimen that levels and nodes are placed by, shape (n,)
+    noise : standard deviation of every row, by which levels and nodes are placed, shape (n,)
     levels : most sizes per cause at which the simulator is called
     nuisance_levels : values of each measured input at which it is called
     crossed : "full" calls it at every size with every value of the inputs; "corners" at the ends only, see
@@ -90,9 +90,10 @@ class Tabulator:
 
         Parameters
         ----------
+        specimens : as the simulator takes them
         noise : standard deviation of every new row, shape (n,)
         """
-        count = len(self.z_levels[0]) if self.z_levels else None
+        count = len(self.z_levels[0]) if self.z_levels else None  # every input has as many levels
         rows = self.rows.on(len(specimens))
         return Tabulator(
             self.simulator.on(specimens, rows.needed), rows, self.nuisance, noise, levels=self.levels,

@@ -327,10 +327,13 @@ def _seen_text(cause: Any, seen: Sequence[float | None]) -> str:
 
 
 def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
-    """Draw the map of d2 on the left, and predicted against measured ``quantity`` on the right."""
+    """Draw the map of d2 on the left, and predicted against measured ``quantity`` on the right.
+
+    d2 are the squared distances between causes, see :func:`confusion.draw_distances`. Lengths are in inches.
+    """
     listed = result.listed
     square, left = 1.95, 0.45  # side of the second drawing, margin of the map
-    room = _PAGE - square - _RIGHT - 0.75  # left of the second drawing
+    room = _PAGE - square - _RIGHT - 0.75  # for the map: left of the second drawing and of its labels, .75
     cell = min(0.34, (room - left) / len(listed))
     side = cell * len(listed)
     sheet.heading("What this design can tell apart, and what the better model gains")
@@ -338,7 +341,7 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
     distances = result.distances
     text = "d2 of a true cause (row) to a rival (column), numbers as above"
     sheet.text(style._INSET, top, text, fontsize=7, color=style.FAINT)
-    ax = sheet.axes(left, top + 0.3, side, side)
+    ax = sheet.axes(left, top + 0.3, side, side)  # .3: the line of text above it
     draw_distances(ax, distances, cell, kept=[n for names in result.kept for n in names], named=False)
     beside = left + side + 1.6 < room  # 1.6 in is the width of the legend: it stands beside the map or under it
     place = {"bbox_to_anchor": (1.06, 1.02)} if beside else {"bbox_to_anchor": (0.0, 0.0), "ncols": 2}
@@ -346,7 +349,8 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
               labelspacing=0.25, columnspacing=1.0, **place)
     fit = sheet.axes(_PAGE - square - _RIGHT, top + 0.1, square, square)
     lines = _predicted(fit, result, quantity)
-    # as deep as the deeper of the two: the map with a legend that may stand under it, or the square with its own
+    # as deep as the deeper of the two: the map with a legend that may stand under it (.5), or the square with labels
+    # (.38) and a legend of its own, .13 a line
     sheet.depth = top + max(0.3 + side + (0.05 if beside else 0.5), 0.1 + square + 0.38 + 0.13 * lines)
 
 

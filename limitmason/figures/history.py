@@ -205,6 +205,11 @@ def _measured_levels(measured: Any) -> list[tuple[str, float]]:
     Parameters
     ----------
     measured : an experiment or its method ``curve``; also a curve, several or None, which have no levels
+
+    Raises
+    ------
+    InputError
+        For an experiment with neither a measured curve nor a measured force.
     """
     test = getattr(measured, "__self__", measured)
     if not hasattr(test, "recipe") or _measured_curves(test):

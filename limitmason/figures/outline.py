@@ -132,7 +132,11 @@ def elevation_loops(block: Block, plane: Plane, tolerance: float) -> list[Array]
 
 
 def _front(part: Solid, plane: Plane) -> Array:
-    """Corners of the silhouette of the piece ``part`` [m], counter-clockwise for the viewer, shape (n, 3)."""
+    """Corners of the silhouette of the piece ``part`` [m], counter-clockwise for the viewer, shape (n, 3).
+
+    The viewer is at -normal: the least depth is in front. A face in front keeps corners within a straight side, where
+    neighbours end; a hull drops them.
+    """
     v = part.vertices
     depth = v @ plane.normal
     slack = 1e-9 * max(float(np.ptp(v, axis=0).max()), 1e-300)  # of depths that are one but for rounding [m]
@@ -143,7 +147,8 @@ def _front(part: Solid, plane: Plane) -> Array:
         # of a prism seen along its length the face in front has all corners of the silhouette, in order
         if 2 * len(rows) == len(v) and (depth[rows] <= depth.min() + slack).all():
             others = np.setdiff1d(np.arange(len(v)), rows)
-            # each corner behind lies on the page at one in front: the piece is seen along its length
+            # each corner behind lies on the page at one in front, to a millionth of the piece (chosen): it is seen
+            # along its length
             reach = np.linalg.norm(flat[others][:, None] - flat[rows][None], axis=2).min(axis=1)
             if (reach <= 1e-6 * max(float(np.ptp(flat, axis=0).max()), 1e-300)).all():
                 return v[rows]

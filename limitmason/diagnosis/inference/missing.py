@@ -167,8 +167,8 @@ def _margins(
     Parameters
     ----------
     names : causes that may be named
-    given : number of the cause named in each data set without it
-    excess : by how much it beat every bias
+    given : of every data set that got a wrong name, the number of that name, shape (b,)
+    excess : its lead there on every model discrepancy, in log-likelihood, shape (b,)
     trials : data sets drawn, also those in which no cause was named
     floor : margin without any wrong name
     share, each : largest share of the data sets with a wrong name, in all and for one name

@@ -107,7 +107,8 @@ def solve_interior_point(
     ----------
     problem : Coulomb cones with cohesion, tension cut-off and crushing of grid points; see
         :func:`limitmason.limit.interior_point.coverage.unsupported` for what it does not cover
-    tolerance : largest difference of the two bounds relative to lambda [-]
+    tolerance : largest difference of the two bounds relative to lambda [-]; limit analysis asks for
+        ``solvers.TOLERANCE``, ten times less
     max_iterations : iterations after which it stops
     check_dead_load : also find out whether the dead load alone can be carried
     callback : called with the progress of every iteration

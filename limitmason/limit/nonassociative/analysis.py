@@ -18,6 +18,14 @@ from limitmason.errors import InputError
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import SAME_ANGLE, ForceState, JointLaw, exact, joint_law, violation
+from limitmason.limit.nonassociative.ordered_search import (
+    FORCE_BOUND,
+    PROOF_SECONDS,
+    PROVEN_POINTS,
+    WIDENINGS,
+    proof_is_tried,
+    search_and_prove,
+)
 from limitmason.limit.nonassociative.polish import PlanePrograms
 from limitmason.limit.nonassociative.prediction import (
     JUMP,
@@ -30,14 +38,6 @@ from limitmason.limit.nonassociative.prediction import (
     prediction_of,
     without_state,
 )
-from limitmason.limit.nonassociative.proven_search import (
-    FORCE_BOUND,
-    PROOF_SECONDS,
-    PROVEN_POINTS,
-    WIDENINGS,
-    proof_is_tried,
-    search_and_prove,
-)
 from limitmason.limit.nonassociative.search import (
     EFFORTS,
     USUAL_MIXING,
@@ -47,7 +47,7 @@ from limitmason.limit.nonassociative.search import (
     Trial,
     search_smallest,
 )
-from limitmason.limit.nonassociative.smallest import prove_smallest, velocity_limits
+from limitmason.limit.nonassociative.smallest_proof import prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
 from limitmason.storage.interrupts import ends_early, handed_on
 

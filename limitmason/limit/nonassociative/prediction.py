@@ -14,9 +14,9 @@ from limitmason.answers.acceptance import Certificate
 from limitmason.answers.results import Bound, BoundKind, FlowRule, Prediction, Range, Status
 from limitmason.limit.associative_warnings import TWISTED, self_stress, twisted_faces
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, true_forces
-from limitmason.limit.nonassociative.proven_search import FORCE_BOUND
+from limitmason.limit.nonassociative.ordered_search import FORCE_BOUND
 from limitmason.limit.nonassociative.search import Effort, SearchOutcome
-from limitmason.limit.nonassociative.smallest import Extreme
+from limitmason.limit.nonassociative.smallest_proof import Extreme
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.law_table import NON_ASSOCIATIVE, notes

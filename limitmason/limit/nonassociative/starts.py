@@ -1,4 +1,7 @@
-"""Where runs of the sequential scheme start: slopes that fit the dilatancy, and random normal forces."""
+"""Where runs of the sequential scheme start: slopes that fit the dilatancy, and random normal forces.
+
+How many there are, and with which seed, is said by :mod:`limitmason.limit.nonassociative.search`.
+"""
 
 import numpy as np
 

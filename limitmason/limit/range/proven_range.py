@@ -19,7 +19,7 @@ from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exac
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms
 from limitmason.limit.nonassociative.search import EFFORTS, search_smallest
-from limitmason.limit.nonassociative.smallest import (
+from limitmason.limit.nonassociative.smallest_proof import (
     ACCURACY,
     ASSOCIATIVE,
     MARGIN,

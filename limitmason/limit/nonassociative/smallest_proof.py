@@ -1,4 +1,8 @@
-"""Smallest admissible multiplier of a small plane structure with a proof: what lies below the states already found."""
+"""Proof of the smallest admissible multiplier of a small plane structure: what lies below the states already found.
+
+Branch and bound is in :mod:`limitmason.limit.nonassociative.mixed_integer`, by HiGHS, a bound without stated bounds on
+forces and velocities in :mod:`limitmason.limit.nonassociative.lifted`.
+"""
 
 import time
 from typing import NamedTuple
