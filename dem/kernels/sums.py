@@ -1,4 +1,4 @@
-"""Sums of the joint law over the contact points of a joint: forces, moments, losses. They are added up here only."""
+"""Sums of the joint law over a joint's points: forces, moments, losses; here only."""
 
 import numpy as np
 
@@ -17,7 +17,9 @@ def point_sums(
     points: Points, p0: int, p1: int, placed: Placed, peak: Peak, softening: SofteningRow | None, dt: float,
     dash: float | None, motion: Numbers | None, rates: Numbers | None, strained: bool | None, dilates: bool | None,
 ) -> Numbers:
-    """Forces, moments and losses of a joint's points; what is None is left out of the loop by the compiler.
+    """Forces, moments and losses of a joint's points.
+
+    What is None is left out of the loop by the compiler.
 
     Parameters
     ----------
@@ -113,7 +115,7 @@ def point_sums(
 
 @kernel(inline="always")
 def held_sums(j: int, points: Points, joints: Joints, placed: Placed, strained: bool | None) -> Numbers:
-    """Sums of joint j, which has no dashpots, where all of its points are within their strength.
+    """Sums of joint j, without dashpots, where all points are within their strength.
 
     Nothing is written. A joint that keeps its strength takes neither root nor division; one that softens a division,
     and added terms a root a point.
@@ -164,7 +166,9 @@ def yielding_sums(
     j: int, points: Points, joints: Joints, placed: Placed, motion: Numbers, rates: Numbers | None, dt: float,
     strained: bool | None,
 ) -> Numbers:
-    """Sums of joint j, whose points yield, by the least law it needs: else the loop over them takes twice the time.
+    """Sums of joint j, whose points yield, by the least law it needs.
+
+    By more the loop over them takes twice the time.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What a simulation recorded: displacements, reactions, energies, crack openings and the state it ended in.
+"""What a simulation recorded: displacements, reactions, energies, cracks, its end.
 
 The record that shakes the ground is ``limitmason.model.base_motion``.
 """
@@ -66,7 +66,7 @@ _ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", *MARKS)
 
 
 class RunSettings(NamedTuple):
-    """How a run was made, for going on with it: as :func:`dem.simulate` was told, and how its stages had gone.
+    """How a run was made, as :func:`dem.simulate` was told, and how stages had gone.
 
     ``stages`` are texts by which other stages are told apart, ``status`` is how those that are over have ended.
     """
@@ -298,8 +298,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
     def diagram(self) -> dict[str, Any]:
         """What ``plot()`` draws, as arguments of ``limitmason.figures.history_curves``.
 
-        It is the displacement of the block that ends farthest away [mm] against the ground, over time, in quasi-static
-        mode over steps.
+        The displacement of the block that ends farthest away [mm], against the ground, over time or quasi-static steps.
         """
         if not len(self.shift):
             raise InputError("this history has nothing recorded: there is nothing to draw")
@@ -368,7 +367,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)
 
     def kinetic_ratio_since(self, before: History) -> Array:
-        """Kinetic energy over the work since an earlier history [-], (samples,)."""
+        """Kinetic energy over the work since the end of ``before`` [-], (samples,)."""
         work = np.abs(self.scalars["applied"] - before.scalars["applied"][-1])
         work += np.abs(self.scalars["support"] - before.scalars["support"][-1])
         return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)
@@ -387,7 +386,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         return np.linalg.norm(total[:, :2], axis=1) / np.maximum(np.abs(total[:, 2]), 1e-300)
 
     def __str__(self) -> str:
-        """Status, length, how well energy is balanced, and what to know before trusting it."""
+        """Status, length, how well energy is balanced, and what to know of it."""
         return repr(self) + "".join(f"\n  note: {w}" for w in self.warnings)
 
     def __repr__(self) -> str:

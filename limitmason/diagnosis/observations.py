@@ -41,7 +41,7 @@ SIGNED = ("mode", "residual displacement")  # quantities that may be negative: c
 
 
 def _begins(quantity: str, words: Iterable[str]) -> bool:
-    return any(quantity.lower().startswith(word) for word in words)
+        return any(quantity.lower().startswith(word) for word in words)
 
 
 @dataclass(frozen=True)
@@ -358,7 +358,7 @@ def _within(inside: Sequence[bool], column: Sequence[Any]) -> list[Any]:
 
 
 def linked(values: np.ndarray, log: np.ndarray) -> np.ndarray:
-    """Logarithms of some columns, the others as they are."""
+    """Logarithms of the columns that ``log`` tells, shape (n,); others as they are."""
     return np.log(values) if log.all() else np.where(log, np.log(np.where(log, values, 1.0)), values)
 
 

@@ -265,6 +265,7 @@ def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
     out: list[str] = []
 
     def is_same(answer: CheckedVerdict) -> bool:
+        """Whether a verdict has the kind and the causes of the diagnosis."""
         return answer.kind == _as_one_kind(diagnosis) and set(answer.causes) == set(diagnosis.causes)
 
     if diagnosis.noise.kind != "unknown":

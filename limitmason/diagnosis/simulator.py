@@ -287,6 +287,7 @@ def number(value: Any, what: Callable[[], str], must_be_positive: bool = True) -
 
 
 def _quantity_of(specimen: Any, job: Job, quantity: str) -> str:
+    """A quantity of a call in words, for errors."""
     return f"simulate for {_called(specimen, job)}: {quantity!r}"
 
 

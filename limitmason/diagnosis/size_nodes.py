@@ -46,6 +46,8 @@ def transformed(
 
     Parameters
     ----------
+    quantity : what is read, for a cause that asks for it
+    must_be_positive : whether the logarithm of the reading is compared
     size : of the cause in its unit
     prediction : that is read
     specimen, index : what was tested, and its number for errors

@@ -101,6 +101,7 @@ class Study(Statement):
             design, folds = self.design(causes), folds_of(self.groups, self.n)
 
             def known(sd: float) -> Design:
+                """The design with a noise that is known: as stated, or ``sd`` in stated units."""
                 return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
 
             judges[causes, rule] = Judge(design=design, known=known, folds=folds, rule=rule, unstated=self.unstated)

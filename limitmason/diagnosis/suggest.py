@@ -79,6 +79,7 @@ def _identify(
 
     Parameters
     ----------
+    design, diagnosis : tables of the tested specimens, and what was found on them
     there, pool, k, price : tables of the pool, its specimens, number of tests, and cost of every row, shape (rows,)
     """
     names = diagnosis.kept[0]
@@ -120,8 +121,10 @@ def _tests(there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str
 
     Parameters
     ----------
+    there, pool : tables of the pool, and its specimens
     chosen : rows of the pool
-    price : cost of every row
+    reason : why these, in words
+    price : cost of every row, shape (rows,)
     """
     rows = there.rows
     indices = tuple(int(rows.of[i]) for i in chosen)
@@ -139,6 +142,7 @@ def _hypotheses(
 
     Parameters
     ----------
+    design, diagnosis : tables of the tested specimens, and what was found on them, or None
     there : tables of every explanation on the pool
 
     Returns

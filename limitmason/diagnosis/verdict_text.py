@@ -32,7 +32,7 @@ def gate_words(p: Mapping[str, float]) -> str:
 
 
 def could_do_the_same(along: str, *, short: bool = False) -> str:
-    """What else could do it, by the covariate of the nearest model discrepancy."""
+    """What else could do it; ``along`` is the covariate of the nearest discrepancy."""
     if along == CONSTANT:
         return "an equal error of all values could do the same" + ("" if short else ", whatever its origin")
     where = "several covariates together" if along == TOGETHER else along

@@ -69,6 +69,7 @@ def judge_again(
     """
 
     def judged(design: Design, y: np.ndarray, draws: Draws, pairs: bool, shared: np.ndarray | None) -> CheckedVerdict:
+        """Verdict of a design on whitened data, with noise that some tests share."""
         decision = ConfidenceSet(design if shared is None else design.sharing(shared), draws, rule)
         verdict = decision.explained(y, decision.alarm(y, unstated), pairs)
         return CheckedVerdict(verdict.kind, verdict.causes)

@@ -121,11 +121,17 @@ class ConfidenceSet:
         return replace(verdict, doubt=doubt, kind=verdict.kind if holds else VerdictKind.NONE)
 
     def _scatter_within_groups(self, null: BestFit, groups: np.ndarray) -> float:
-        """Share of draws that scatter about the means of the groups as much as the data do."""
+        """Share of draws that scatter about the means of the groups as much as the data do.
+
+        Parameters
+        ----------
+        groups : 1 where two specimens are of one group, else 0, shape (n, n)
+        """
         y, z, replicate = self.drawn((), null)
         inside = np.eye(self.design.n) - groups / groups.sum(axis=1)
 
         def within(fit: BestFit, replicate: np.ndarray) -> np.ndarray:
+            """Statistic of the scatter about the means of the groups, shape (b,)."""
             return self._scatter(((self.design.apart(fit.residuals) @ inside) ** 2).sum(axis=1), replicate)
 
         drawn = within(self.design.fit((), y, z, replicate), replicate)
@@ -308,6 +314,7 @@ class ConfidenceSet:
         tally, trend = Tally({k: float(v[0]) for k, v in observed.items()}, thresholds), self._trend_drawn(names, fit)
 
         def draw(rows: slice) -> dict[str, np.ndarray]:
+            """The statistics of the residuals of some of the draws."""
             y, z, replicate = self.drawn(names, fit, rows)
             again = self.design.fits([names], y, z, replicate)[0]
             return self._residuals(again, replicate, trend(rows, again))

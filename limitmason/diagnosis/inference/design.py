@@ -270,4 +270,5 @@ class Design:
 
 
 def _no_table(names: Names) -> Tabulation:
+    """Refuse a pair of causes that were not tabulated together."""
     raise LookupError(f"{' and '.join(names)} were not tried together: there is no table of the pair")

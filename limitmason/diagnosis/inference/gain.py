@@ -135,6 +135,7 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
 
     Parameters
     ----------
+    names, y : causes of the explanation, () for the baseline, and whitened data, shape (n,)
     folds : number of the fold of each specimen, shape (n,)
     """
     weights = (folds[None, :] != np.arange(int(folds.max()) + 1)[:, None]).astype(float)

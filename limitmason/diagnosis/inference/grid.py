@@ -150,7 +150,7 @@ class Grid:
         return Grid(self.sizes, self.z, self.values @ mix.T)
 
     def columns(self, chosen: np.ndarray) -> "Grid":
-        """This grid for some of the specimens."""
+        """This grid for some of the specimens, by numbers or flags ``chosen``."""
         return Grid(self.sizes, self.z, self.values[..., chosen])
 
 

@@ -28,6 +28,7 @@ def equivalent_tests(
     """
 
     def reached(row: int, times: int) -> float:
+        """Sum over pairs of min(d2, cap), with a row of the pool tested so many times."""
         both = zip(sums, adds, strict=True)
         return sum(min(float((total + times * add[:, row]).min()), cap) for total, add in both)
 

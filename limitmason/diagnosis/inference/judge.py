@@ -337,7 +337,7 @@ class Judge:
         )
 
     def _second_gains(self, verdict: Verdict, names: Names, y: np.ndarray) -> float:
-        """Log-likelihood by which the best pair, tested or not, is above a single cause."""
+        """Log-likelihood of the best pair, tested or not, above that of a single cause."""
         pairs = self.design.pair_names
         found = self.design.fits(pairs, self.design.turned(y)) if pairs else []
         return max((float(f.loglik[0]) for f in found), default=-np.inf) - float(verdict.tested[names].fit.loglik[0])
@@ -375,7 +375,7 @@ def _left_structure(verdict: Verdict, names: Names) -> Verdict:
 
 
 def dosed(slope: float, error: float) -> bool:
-    """Whether the data show the fitted effect along its own contrast, and no other size of it."""
+    """Whether the share of an effect, with its standard error [-], is sure and near 1."""
     return slope >= SURE * error and abs(slope - 1.0) <= SURE * error
 
 
@@ -389,6 +389,7 @@ def dose_of(
 
     Parameters
     ----------
+    effect, data, sd : both whitened, shape (n,); noise in stated units [-]
     slopes : J in units of the noise, shape (n, number of measured inputs)
     """
     contrast = discrepancy.weighted(discrepancy.best(effect / sd, Likelihood()), effect)

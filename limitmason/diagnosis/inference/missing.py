@@ -132,9 +132,10 @@ def position_of(grid: Grid, size: float | None, inputs: np.ndarray) -> np.ndarra
 
 
 def _planted(design: Design, known: Design, cause: Listed, chances: Draws, ratio: np.ndarray) -> np.ndarray:
-    """Data with one cause planted, at visible sizes evenly spaced, on both sides in turn.
+    """Whitened data with one cause planted at visible sizes, shape (draws, n).
 
-    Noise and inputs are as drawn; ``ratio`` is the noise of every row over the stated one.
+    Sizes are evenly spaced, on both sides of the baseline in turn. Noise and inputs are as drawn; ``ratio`` is the
+    noise of every row over the stated one.
     """
     grid, ranges = design.singles[cause.name], visible(known, cause)
     out = np.empty_like(chances.errors)

@@ -262,5 +262,5 @@ class Draws:
         return Drawn(fitted + sd * self.errors[rows], z + self.inputs[rows], sd**2 * self.replicate[rows])
 
     def columns(self, chosen: np.ndarray) -> Draws:
-        """These draws for some of the specimens."""
+        """These draws for some of the specimens, by numbers or flags ``chosen``."""
         return Draws(self.errors[:, chosen], self.inputs, self.replicate)

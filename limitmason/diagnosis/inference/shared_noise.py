@@ -283,6 +283,7 @@ def is_circumstance(name: object) -> bool:
 
 
 def _called(name: str) -> str:
+    """Name of a column as it is compared: small letters, spaces for underscores."""
     return name.lower().replace("_", " ").strip()
 
 
