@@ -1,4 +1,4 @@
-"""Which specimens of a pool to test next, from a verdict or from the list of causes alone."""
+"""Which specimens of a pool to test next, from a verdict or a list of causes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -177,7 +177,9 @@ def _hypotheses(
 
 
 def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: Tested) -> plan.Truth:
-    """Predictions of a fitted explanation here and on the pool, to first order from the node next to its fit.
+    """Predictions of a fitted explanation here and on the pool, to first order.
+
+    They start from the node next to the fit.
 
     Parameters
     ----------
@@ -198,7 +200,7 @@ def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: T
 
 
 def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:
-    """Next tests over the covariate with which the residuals vary: its ends and its middle.
+    """Next tests over the covariate that residuals vary with, from end to end.
 
     Without such a covariate they are any repeats, to measure the scatter.
 
@@ -229,6 +231,6 @@ def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:
 
 
 def _picked(picks: np.ndarray, pool: list[Any], reason: str) -> plan.NextTests:
-    """Specimens of a pool by their numbers ``picks``, as tests to be made next for a reason."""
+    """Specimens of a pool by numbers ``picks``, as tests to be made for a reason."""
     indices = tuple(int(i) for i in picks)
     return plan.NextTests(indices, tuple(pool[i] for i in indices), reason)

@@ -285,7 +285,7 @@ class Layout:
     """
 
     def __init__(self, scene: SolidView, bounds: Array, ax: Axes | None = None) -> None:
-        """Fit the drawing on its page, and find a free corner for the axes and their length."""
+        """Fit the drawing on its page; find a free corner for the axes, and their length."""
         self.view = scene.view
         span = np.ptp(bounds, axis=0)
         room = np.array([style.page_width() - 0.24, style.HEIGHT])  # [in], without the margins of a bare page

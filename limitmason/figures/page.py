@@ -38,7 +38,7 @@ enlarged a little."""
 
 
 def write_page(path: str | Path, title: str, parts: Sequence[str]) -> Path:
-    """Write ``parts``, each of them HTML, as one page under each other and return its path; ``title`` is plain text."""
+    """Write ``parts``, HTML each, as a page under plain ``title``; return its path."""
     text = (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'

@@ -115,7 +115,9 @@ class ForceProgram:
         return self._solver.solve()
 
     def solve(self, theta: float, weight: Array | None = None) -> tuple[float, Array] | None:
-        """Multiplier and forces from the tension corner that minimise theta lambda + weight . f, or None.
+        """Multiplier and forces that minimise theta lambda + weight . f, or None.
+
+        Forces are from the tension corner.
 
         Parameters
         ----------
@@ -137,7 +139,9 @@ class ForceProgram:
         return float(x[-1]), x[:-1]
 
     def largest(self, constant: Array) -> tuple[str, ForceState | None]:
-        """Clarabel's status and the state of the largest lambda for r = ``constant``, scaled [-], shape (m,).
+        """Clarabel's status and the state of the largest lambda for r = ``constant``.
+
+        r is scaled [-], shape (m,).
 
         The velocities are the duals and obey e_n >= slope |e_t|. There is no state where the live load has no power on
         them, or where the solver leaves what is no number.

@@ -1,4 +1,4 @@
-"""Complementarity as a mixed-integer program: the smallest or largest admissible multiplier within stated bounds.
+"""Complementarity as a mixed-integer program: extreme multipliers within bounds.
 
 A binary per alternative says which of slack and rate may differ from zero. Bounds on the forces follow from
 equilibrium by linear programs; bounds on the velocities are stated, then tightened by linear programs.
@@ -40,7 +40,7 @@ class Limits(NamedTuple):
 
 
 class Proof(NamedTuple):
-    """Answer of the mixed-integer program: best state, proven bound of the scaled multiplier, how it ended."""
+    """Answer of the mixed-integer program: best state, proven bound, how it ended."""
 
     state: ForceState | None
     bound: float  # of the scaled multiplier [-]
@@ -52,7 +52,10 @@ class Proof(NamedTuple):
 
 
 class _SilentHighs(highspy.Highs):
-    """HiGHS that writes nothing: from 1.16 on its constructor prints a banner, before an option can be set."""
+    """HiGHS that writes nothing.
+
+    From 1.16 on its constructor prints a banner, before an option can be set.
+    """
 
     def enableCallbacks(self) -> None:
         """Switch the output off in what the constructor calls before it prints."""
@@ -98,7 +101,7 @@ def make_model(
 
 
 def _maxima(model: highspy.Highs, rows: Array, *, smallest: bool = False) -> Array:
-    """Largest, or smallest, value of every one of ``rows`` (k, n) over a model's polyhedron, shape (k,).
+    """Largest, or smallest, value of each of ``rows`` (k, n) over a polyhedron, (k,).
 
     A value is infinite where there is none. ``smallest`` asks for the smallest.
     """
@@ -136,7 +139,7 @@ class BoundedProgram:
     """
 
     def __init__(self, programs: PlanePrograms, low: float, high: float, velocity: Array, force: float) -> None:
-        """Bound every slack and rate of the law, which its binaries need; arguments are those of the class."""
+        """Bound every slack and rate of the law; arguments are those of the class."""
         self.programs, self.low, self.high = programs, low, high
         self.group, self.first = sliding_groups(programs)
         g, m = len(self.first), programs.m
