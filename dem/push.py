@@ -84,6 +84,7 @@ def push(
     chosen, path = replace(settings or PushSettings(), **options), turning_points(to)
     made: type[DrivenStructure] = ZonedStructure if chosen.blocks == ZONED else BlockStructure
     structure = made(assembly, drive, loads, chosen)
+    # what acts only while it is driven; model, blocks, loads, servo and settling are in those of the structure
     same = dict(structure.same) | digests(
         drive=(structure.unit.tolist(), structure.held.tolist(), chosen.calm or drive.calm), to=path,
         samples=chosen.samples, damping=chosen.damping, detect_every=chosen.detect_every,
@@ -97,9 +98,10 @@ def push(
     steps = chosen.steps or default_steps(structure.period, structure.least_steps)
     counts = (steps, SLOWER * steps)[: len(files)]
     rest = part_file(checkpoint, "settled")
-    # what has settled already was let through then
-    if rest is None or not rest.exists():
-        _refuse_hopeless(structure, 0 if chosen.steps else sum(counts), chosen.longest)
+    # a run that has begun was let through then; of a structure that has only settled the way is still to be judged
+    if not any(file is not None and file.exists() for file in files):
+        swings = structure.to_settle if rest is None or not rest.exists() else 0.0
+        _refuse_hopeless(structure, swings, 0 if chosen.steps else sum(counts), chosen.longest)
     reached(None, "settling")
     structure.rest(rest)
     curves: list[PushCurve] = []
@@ -114,17 +116,20 @@ def push(
     return curves[0] if len(curves) == 1 else curves[1].beside(curves[0])
 
 
-def _refuse_hopeless(structure: DrivenStructure, steps: int, longest: float) -> None:
+def _refuse_hopeless(structure: DrivenStructure, swings: float, steps: int, longest: float) -> None:
     """Refuse a push of a structure whose predicted time is beyond ``longest`` [s].
 
-    ``steps`` are those of all its runs, 0 where the user chose them: only settling is then of unknown length.
+    Parameters
+    ----------
+    swings : slowest motions in which it comes to rest, about; 0 where it has, or where settling has an end of its own
+    steps : of all its runs; 0 where the user chose them: only settling is then of unknown length
+    longest : time that it may take [s]
 
     Raises
     ------
     InputError
         With the predicted time, and what is stiff beside what is soft.
     """
-    swings = structure.to_settle
     # nothing to predict: the user chose the steps, and settling ends by itself
     if not swings and not steps:
         return

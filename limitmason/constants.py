@@ -4,7 +4,7 @@ GRAVITY = 9.81
 """Acceleration of gravity [m/s2]; weight appears only where this multiplies a mass."""
 
 RELATIVE_TOLERANCE = 1e-4
-"""Default contact tolerance as a fraction of the median smallest block dimension [-]."""
+"""Gap or overlap up to which faces touch by default, as a part of the width of the smaller of two blocks [-]."""
 
 VERSION = "0.2.0"
 """Of this package; part of the key of values kept on disk."""

@@ -1,4 +1,4 @@
-"""Minimum thickness of circular arches under their own weight: closed form of the five-hinge limit."""
+"""Minimum thickness of circular arches under their own weight: the five-hinge limit, by an equation and a root."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def arch_limit(angle_deg: float = 180.0) -> ArchLimit:
 
     Parameters
     ----------
-    angle_deg : angle of embrace, 60 to 180 [deg]
+    angle_deg : angle of embrace, 60 to 180 (chosen) [deg]
 
     Returns
     -------

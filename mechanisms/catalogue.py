@@ -46,14 +46,15 @@ def catalogue(
 
     It says too what was left out and why.
 
-    Facades pushed away from their side walls: A, B (straight crack and whole courses), D for L and U plans. Straight
-    walls in plane: stepped and sloping crack. Everything with flat joints: overturning and sliding in one piece.
+    Facades pushed away from their side walls, in L and U plans: A, simple rocking; B, compound rocking (straight crack
+    and whole courses); D, horizontal flexure. Straight walls in plane: stepped and sloping crack. Everything with flat
+    joints: overturning and sliding in one piece.
 
     Parameters
     ----------
     assembly, loads : the problem
     include : names out of ``mechanisms.NAMES``; all where omitted
-    contact_factor : k of mechanism D [-]
+    contact_factor : k of horizontal flexure (D) [-]
 
     Raises
     ------
@@ -126,20 +127,21 @@ def smallest(
     A bound cannot lie below associative limit analysis on the same blocks; an estimate may lie on either side. How far,
     over the associative value, on 600 random walls of the builder (straight, L, T and U plans, 3 to 9 courses, friction
     0.3 to 1.1, a quarter with cohesion, all directions) and 20 packaged models: the smallest bound 1.00 to 2.98, median
-    1.15, nine in ten below 1.7; single estimates 0.17 to 4.5 (A 0.17 to 1.7, B 0.36 to 1.2, D 0.41 to 2.0, stepped
-    crack 0.6 to 4.5, sloping crack 0.24 to 1.3); the smallest estimate of a wall 0.17 to 1.25.
+    1.15, nine in ten below 1.7; single estimates 0.17 to 4.5 (A, simple rocking, 0.17 to 1.7; B, compound rocking, 0.36
+    to 1.2; D, horizontal flexure, 0.41 to 2.0; stepped crack 0.6 to 4.5, sloping crack 0.24 to 1.3); the smallest
+    estimate of a wall 0.17 to 1.25.
     """
     found, skipped = catalogue(assembly, loads, include=include, contact_factor=contact_factor)
     # one mechanism may be both: a bound by the power balance on the blocks, and an estimate by its closed form
-    bounds = {k: float(p.details["kinematic_multiplier"]) for k, p in found.items() if p.details.get("admissible")}
+    upper = {k: float(p.details["kinematic_multiplier"]) for k, p in found.items() if p.details.get("admissible")}
     estimates = {k: p.collapse_multiplier for k, p in found.items() if p.bound != UPPER}
-    bound_of, estimate_of = _least(bounds), _least(estimates)
+    bound_of, estimate_of = _least(upper), _least(estimates)
     name = bound_of or estimate_of
     assert name is not None  # catalogue refuses to come back empty
     lead, notes = found[name], list(found[name].warnings)
     if bound_of is not None:
         # the power balance on the blocks: where a closed form lies above or below it, this is what is proven
-        lead = replace(lead, collapse_multiplier=bounds[name], bound=UPPER)
+        lead = replace(lead, collapse_multiplier=upper[name], bound=UPPER)
         notes = [n for n in notes if ON_BLOCKS not in n]
     if bound_of is None:
         notes.append("no mechanism of the catalogue is admissible on these blocks: this is an estimate, not a bound")
@@ -150,7 +152,7 @@ def smallest(
         "governing": name,
         "catalogue": {k: p.collapse_multiplier for k, p in found.items()},
         "bounds": {k: p.bound for k, p in found.items()},
-        "smallest_upper_bound": bounds[bound_of] if bound_of else math.nan,
+        "smallest_upper_bound": upper[bound_of] if bound_of else math.nan,
         "smallest_upper_bound_of": bound_of,
         "smallest_estimate": estimates[estimate_of] if estimate_of else math.nan,
         "smallest_estimate_of": estimate_of,

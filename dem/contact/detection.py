@@ -1,4 +1,4 @@
-"""Contacts in large displacement: outworn joints are cut anew, new pairs join, old slip and dilation are inherited.
+"""Contacts in large displacement: joints cut anew, new pairs, what is inherited.
 
 Throughout, ``assembly`` has the blocks and their interfaces, and ``state`` is what a run changes.
 """
@@ -54,7 +54,7 @@ SIDEWAYS = 0.1
 
 
 class Found(NamedTuple):
-    """Notes for the user, and the time after which an edge or a corner may touch that is open now [s]."""
+    """Notes for the user, and the time until an open edge or corner may touch [s]."""
 
     notes: list[str]
     soonest: float
@@ -142,7 +142,7 @@ def _allow(
     assembly: Assembly, state: State, pieces: Pieces, near: NearPairs, margin: float, code: Index, own: Index,
     joined: Flags,
 ) -> None:
-    """Write how far pairs may move from the reference position before they are looked at again.
+    """Write how far pairs may move from the reference before they are looked at.
 
     Pairs of faces or sharp corners that are near without a joint are looked at always. A joint may slip by a part of
     its point spacing and turn by ``TURN_LIMIT``.
@@ -168,7 +168,7 @@ def _allow(
 
 
 def _narrow(assembly: Assembly, state: State) -> None:
-    """Move points that were set back under load, and have opened, towards where they had been."""
+    """Move points set back under load that have opened towards where they had been."""
     if not state.setback.any():
         return
     rows = np.unique(np.searchsorted(state.joints.start, np.flatnonzero(state.setback), side="right") - 1)
@@ -178,7 +178,7 @@ def _narrow(assembly: Assembly, state: State) -> None:
 
 
 class _Search:
-    """What is found on some pairs of blocks: their joints that go, and how their pieces meet.
+    """What is found on some pairs: their joints that go, and how their pieces meet.
 
     It sees the joints of these pairs alone, or of their blocks and of all that these touch, with numbers of its own.
 
@@ -331,7 +331,7 @@ class _Search:
         return made, families
 
     def allowances(self, code: Index, made: Fresh | None) -> tuple[Array, Array]:
-        """Motion [m] and turn [rad] up to which pairs with given codes need not be looked at again.
+        """Motion [m] and turn [rad] up to which pairs need not be looked at again.
 
         A pair is looked at when a joint of it may be dropped or cut anew: when it slips or turns too far, parts by
         :data:`PARTED` times the margin, or comes to pivot. Until then nothing can happen that a search would find.

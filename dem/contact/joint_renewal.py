@@ -1,4 +1,4 @@
-"""Joints that slipped or turned so far, or whose blocks touch elsewhere, that they are dropped or cut anew.
+"""Joints that slipped, turned or touch elsewhere so far that they are cut anew.
 
 Throughout, ``assembly`` has the blocks and their interfaces, ``state`` is what a run changes, and ``now`` what its
 contact points measure in that position.
@@ -52,7 +52,7 @@ def slip_allowed(spacing: Array, count: Index | int) -> Array:
 
 
 def spacing_of(state: State) -> Array:
-    """Distance of the points of every joint [m]: the root of their mean area, shape (k,)."""
+    """Distance of points of every joint [m]: root of their mean area, shape (k,)."""
     start = state.joints.start
     return np.asarray(np.sqrt(np.add.reduceat(state.points.area, start[:-1]) / np.diff(start)))
 
@@ -138,7 +138,7 @@ def _slid_far(state: State, slip: Array) -> Flags:
 
 
 def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> bool:
-    """Whether a joint that slid and turned bears on an edge of the block whose face is its plane."""
+    """Whether a joint that slid and turned bears on an edge of its base, block a."""
     note_slid(state, now)
     if not len(now.owner):
         return False

@@ -1,4 +1,4 @@
-"""Which pieces of blocks are near each other, and which have moved against each other since they were looked at.
+"""Which pieces are near each other, and which have moved since the last look.
 
 Throughout, ``margin`` is the gap up to which pieces are near [m], ``pieces`` are the convex pieces of all blocks,
 ``assembly`` has the blocks and ``state`` is what a run changes.
@@ -52,7 +52,7 @@ class Neighbours(NamedTuple):
     def of(
         cls, assembly: Assembly, state: State, pieces: Pieces, margin: float, since: NearPairs | None
     ) -> "Neighbours":
-        """Pairs of pieces around the blocks of a state, and how they have moved since they were looked at.
+        """Pairs of pieces around the blocks of a state, and how they have moved.
 
         Parameters
         ----------
@@ -187,7 +187,7 @@ def near_margin(assembly: Assembly) -> float:
 
 
 def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float]:
-    """Block that has moved most against the held ones, and how far its farthest corner has [m].
+    """Block moved most against held ones, and how far its farthest corner has [m].
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float
 
 
 def travel_per_step(state: State, reach: Array) -> float:
-    """Largest distance that a corner of a block can travel from the ground in one step [m].
+    """Largest distance that a corner of a block travels from the ground a step [m].
 
     Parameters
     ----------

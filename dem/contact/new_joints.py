@@ -1,4 +1,4 @@
-"""Joints made while blocks move: an area between faces, a corner on a face, two edges that cross."""
+"""Joints made while blocks move: on a face, at a corner, where edges cross."""
 
 from typing import NamedTuple, TypeVar
 
@@ -31,7 +31,7 @@ class Fresh(NamedTuple):
 
 
 def poses_of(assembly: Assembly, state: State) -> Poses:
-    """Where the blocks of an assembly are in a state, and the area that a corner of theirs takes.
+    """Where the blocks of an assembly are, and the area that a corner takes [m2].
 
     Touching corners and crossing edges meet in a point; a stiffness per area needs an area all the same. It is assumed:
     that of an inner point of the lattice on a square face of the smaller block's volume, (V^(1/3) / 3)^2. Both have the
@@ -78,9 +78,10 @@ def cut(
     contact = met.kind[rows[kept]]
     law, origin = _laws(assembly, state, poses, (one, two), like[kept], out.world[kept, 2], out.arm_a[kept])
     crosses = contact == CROSSING
-    # edges that cross meet in a point: no bond and no dilation there
+    # edges that cross meet in a point: no bond and no dilation there, and no damage is done. What the pair has suffered
+    # before still counts: friction lies between peak and residual value as the damage says that its points inherit
     for column in (LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension, LAW.tan_psi, LAW.rest_tan_psi,
-                   LAW.by_opening):
+                   LAW.by_opening, LAW.by_slip):
         law[crosses, column] = 0.0
     law[crosses, LAW.cross] = 1.0
     joints = Joints(
@@ -100,7 +101,7 @@ def cut(
 def _laws(
     assembly: Assembly, state: State, poses: Poses, blocks: tuple[Index, Index], like: Index, normal: Array, arm: Array
 ) -> tuple[Array, Index]:
-    """Law of every pair's interface, or an unbonded one, and the interface it came from.
+    """Law of every pair's interface, or an unbonded one, and where it came from.
 
     Parameters
     ----------

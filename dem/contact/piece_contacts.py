@@ -1,4 +1,4 @@
-"""How pairs of pieces meet now: on which faces, over what area, and on faces that go on from their neighbours'.
+"""How pairs of pieces meet now: faces, areas, and faces that go on from others.
 
 A block has sunk into the face that carries it by N / (kn A). Where that face ends and the next block's begins in the
 same plane, the block overlaps the next one by that depth and, at first, by less along the way it slides: the least
@@ -29,7 +29,7 @@ WITH = 0.5
 
 
 class Bearings(NamedTuple):
-    """Joints between faces that carry now: rows, normals from a to b, centres of pressure and depths [m]."""
+    """Joints between faces that carry now: rows, normals, centres and depths [m]."""
 
     row: Index
     normal: Array
@@ -38,7 +38,7 @@ class Bearings(NamedTuple):
 
     @classmethod
     def of(cls, state: State, now: PointForces, rot: Array, flat: Flags) -> "Bearings":
-        """Joints of a state that press, with their normals, centres of pressure and depths.
+        """Joints of a state that press: normals, centres of pressure and depths [m].
 
         Parameters
         ----------
@@ -58,7 +58,7 @@ class Bearings(NamedTuple):
         return cls(row, normal[row], place[row] / total[row, None], deep[row])
 
     def carrying(self, joints: Joints, n_blocks: int) -> Carrying:
-        """These bearings with the two blocks of each, and the list of bearings of every block.
+        """These bearings with the blocks of each, and the list of every block's.
 
         ``joints`` are all joints, of which ``row`` has numbers, and ``n_blocks`` says how many blocks there are.
         """
@@ -72,7 +72,7 @@ class Bearings(NamedTuple):
 
 
 def moved_together(joints: Joints, bearings: Bearings, worn: Flags, slip: Array, near: float) -> list[tuple[int, int]]:
-    """Joints on one face of a block that have slipped with an outworn one on that face.
+    """Joints on a face of a block that slipped with an outworn one on that face.
 
     Cut anew together, what the one loses of the face at the edge is what the other gains.
 
@@ -173,7 +173,7 @@ def area_of(shape: kernels.Meetings) -> Array:
 
 
 def on_next_faces(met: PiecesMeet, joints: Joints, bearings: Bearings, n_blocks: int) -> dict[int, int]:
-    """Let pairs that overlap little along two axes meet on the face that goes on beside them.
+    """Let pairs that overlap little along two axes meet on the face that goes on.
 
     The corner between two blocks of a course is no edge for the block that slides over both.
 

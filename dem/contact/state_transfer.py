@@ -1,4 +1,4 @@
-"""What joints made while blocks move inherit: shear, dilation and damage, and the energy that there was."""
+"""What joints made while blocks move inherit, and the energy that there was."""
 
 import numpy as np
 
@@ -40,7 +40,7 @@ class Families:
         return out
 
     def join(self, one: int, other: int) -> None:
-        """Make two families one."""
+        """Make the families of two pairs one, by the pair codes."""
         one, other = self.of(one), self.of(other)
         if one != other:
             self._first[one] = other
@@ -172,7 +172,7 @@ def keep_pace(state: State, centroids: Array, made: Fresh) -> None:
 
 
 def close_setbacks(state: State, now: PointForces) -> None:
-    """Move points that opened back to where :func:`keep_energy` had set them back from.
+    """Move points that opened back from where :func:`keep_energy` set them.
 
     Only points without force are moved, as far as they are open, so that no energy changes.
 

@@ -1,4 +1,7 @@
-"""How fast a structure may be driven: its slowest swing in steps of scaled masses, and how many a push should take."""
+"""In how many steps a structure is driven: its slowest swing in steps of scaled masses, and how many a push takes.
+
+The speed along the path, with its gentle start, is in ``block_structure``.
+"""
 
 import numpy as np
 from scipy import sparse

@@ -21,6 +21,7 @@ from limitmason.arrays import Array
 from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.model import Assembly
+from limitmason.model.relaid import of_kind
 
 RESTLESS = 1e-2
 """Kinetic energy over the work so far from which a stretch of the curve is called dynamic [-]."""
@@ -59,7 +60,7 @@ class JointPoint:
     displacement: float  # [m], at that sample or on the way to it
     load: float  # [N]
     where: str  # the joint, or the block
-    value: float  # how far: width [m], strain [-], or part of the strength in use [-]
+    value: float  # how far, at that sample: width [m], strain [-], or part of the strength in use [-]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -148,15 +149,16 @@ class PushCurve(Curve, JointMarks):
         """Where an opening first reaches a width, in joints of one kind; None where none does.
 
         Between two samples openings grow in a line. Of several joints that reach the width there, the first is taken.
+        Displacement and load are those at the width, ``value`` is the opening [m] at the sample that shows it. A joint
+        whose contacts were found anew (NaN) counts as closed.
 
         Parameters
         ----------
         width : [m]; of a lumped unit the elastic opening includes the units' share, some micrometres
-        kind : "bed", "head", "base"; None for all
+        kind : "bed", "head", "base", "crack"; None for all
         """
         positive("width", width, "m")
-        kept = np.array([kind is None or i.kind == kind for i in self.assembly.interfaces])
-        wide = np.nan_to_num(self.opening) * kept
+        wide = np.nan_to_num(self.opening) * of_kind(self.assembly.interfaces, kind)
         hit = (wide >= width).any(axis=1)
         if not hit.any():
             return None

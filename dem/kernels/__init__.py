@@ -1,4 +1,6 @@
-"""Compiled functions of the explicit distinct element method, one subject to a file; only these import each other.
+"""Compiled functions of the explicit distinct element method, a subject to a file.
+
+Only these import each other.
 
 - ``arrays`` and ``zone_arrays``: what all of them see of a model. ``compiled``: how they are compiled.
 - ``joint_law``: the joint law at a point. ``joint_strength``: what a joint's row says of its strength. ``added_terms``:

@@ -1,4 +1,4 @@
-"""Terms added to the joint law (``Joint.terms``): their entries in the rows of laws, and what they make of strengths.
+"""Terms added to the joint law (``Joint.terms``): entries of laws and strengths.
 
 The functions that the registered terms give are composed into one and compiled with the rest. Without any the composed
 function is the identity and compiles to nothing.
@@ -25,7 +25,7 @@ for _name, _term in ADDED.items():
 
 
 def _composed() -> dict[str, Any]:
-    """Functions ``entries``, ``has`` and ``changed`` as below without terms, written out for the terms there are.
+    """Functions ``entries``, ``has`` and ``changed``, written out for the terms.
 
     A compiled function cannot loop over terms of different classes: each has a line of its own, with its columns by
     number. ``changed`` hands the strengths to every term whose first entry, its flag, is not 0.
@@ -59,7 +59,7 @@ else:
 
     @kernel(forceinline=True)
     def entries_of(law: Array, j: int) -> Numbers | None:
-        """Entries of joint j's added terms in the rows ``law`` of all joints; None as there are no terms."""
+        """Entries of joint j's added terms in the rows ``law`` of all joints: None."""
         return None
 
     @kernel(forceinline=True)
@@ -71,7 +71,7 @@ else:
     def _changed(
         added: Numbers, tan_phi: float, tan_psi: float, cohesion: float, tension: float, slip: float, damage: float
     ) -> Numbers:
-        """Strengths with the terms ``added`` at a plastic slip [m] and a damage: as given, there are none."""
+        """Strengths as given, whatever the plastic slip [m] and damage: no term is added."""
         return tan_phi, tan_psi, cohesion, tension
 
 
@@ -80,7 +80,7 @@ def with_added(
     added: Numbers | None, tan_phi: float, tan_psi: float, cohesion: float, tension: float, slip_1: float,
     slip_2: float, damage: float,
 ) -> Numbers:
-    """tan(phi), tan(psi), c and ft with the terms added to the law, at the plastic slip before the step.
+    """tan(phi), tan(psi), c and ft with the terms added to the law.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the compiled functions see of a model: points, joints and bodies as arrays, entries of a law and of the sums."""
+"""What compiled functions see of a model: arrays, entries of a law and of sums."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ Index = NDArray[np.int64]
 
 
 class Points(NamedTuple):
-    """Contact points of all joints, run after run, as a structure of arrays of shape (m,)."""
+    """Contact points of all joints, run after run, as arrays of shape (m,)."""
 
     s: Array  # place along t1 from the joint's origin [m]
     t: Array  # place along t2 [m]
@@ -23,7 +23,7 @@ class Points(NamedTuple):
 
 
 class Joints(NamedTuple):
-    """Joints: blocks, runs of points, frame in block a, joint origin in both bodies, and the law."""
+    """Joints: blocks, runs of points, frame in block a, origin in both bodies, law."""
 
     block_a: Index  # (k,)
     block_b: Index  # (k,)
@@ -39,7 +39,7 @@ class Joints(NamedTuple):
 
 
 class LawRow(NamedTuple):
-    """Entries of a joint's law by name, peak and residual values; those of terms added to the law follow them."""
+    """Entries of a joint's law by name; those of added terms follow them."""
 
     kn: int  # normal stiffness [Pa/m]
     ks: int  # shear stiffness [Pa/m]
@@ -65,7 +65,7 @@ LAW = LawRow(*range(len(LawRow._fields)))
 
 
 class RigidBodies(NamedTuple):
-    """Blocks: state of motion, inverse inertia, held degrees of freedom, and the wrenches of the last step."""
+    """Blocks: motion, inverse inertia, held freedoms, wrenches of the last step."""
 
     shift: Array  # displacement of the centroid [m], (n, 3)
     quat: Array  # rotation from the reference position, scalar first, (n, 4)
@@ -83,7 +83,7 @@ class RigidBodies(NamedTuple):
 
 
 class Acting(NamedTuple):
-    """What acts on the blocks during some steps: load cases, prescribed twists and their factors in every step."""
+    """What acts on blocks in some steps: load cases, prescribed twists, factors."""
 
     cases: Array  # wrench per load case and block [N, N m], (c, n, 6), or with its arms, see ``Loads.rows``, (c, n, 15)
     factors: Array  # of the cases, (steps, c)
@@ -102,7 +102,7 @@ class Scheme(NamedTuple):
 
 
 class BlockStep(NamedTuple):
-    """One step of central differences with global damping: v' = (v keep + F kick / m) lag."""
+    """A step of central differences, damped: v' = (v keep + F kick / m) lag."""
 
     dt: float  # [s]
     kick: float  # time over which forces act [s]: half a step after a stop
@@ -112,7 +112,7 @@ class BlockStep(NamedTuple):
 
 
 class Ties(NamedTuple):
-    """Ties: blocks, arms to both ends, reference vector and length, elastic law, and what is left of the elongation."""
+    """Ties: blocks, arms to both ends, reference vector and length, elastic law."""
 
     block_a: Index  # (t,)
     block_b: Index  # (t,)
@@ -147,7 +147,7 @@ class Part(NamedTuple):
 
 
 class Team(NamedTuple):
-    """How a step is shared out: runs of joints and of blocks are parts, and parts go to threads.
+    """How a step is shared: runs of joints and blocks are parts, which threads take.
 
     What comes out depends on the parts, never on who does them: their sums are added in the order of the parts.
     """
@@ -164,7 +164,7 @@ SUMS = 32
 
 
 class BlockModes(NamedTuple):
-    """Deformation of blocks: coordinates of their shapes, and what every shape does to a joint's two sides.
+    """Deformation of blocks: coordinates of shapes, and their effect on joints' sides.
 
     A side has six numbers a shape, displacement and rotation of the face about the joint's origin along t1, t2 and n.
     """

@@ -1,4 +1,6 @@
-"""How the functions of this package are compiled and kept on disk: an edit of any file makes all be compiled again.
+"""How the functions of this package are compiled and kept on disk.
+
+An edit of any file makes all be compiled again.
 
 numba keeps a compiled function beside the file that defines it and asks that file alone whether it is stale, by its
 time and size up to 0.67 and by its content from 0.68 on. A caller carries the code of what it calls, so an edited
@@ -44,7 +46,7 @@ SOURCES = content(Path(__file__).parent, [Path(inspect.getfile(term)) for term i
 
 
 def _kept_or_none(load: Callable[[], dict[Any, Any]]) -> Callable[[], dict[Any, Any]]:
-    """Reader of numba's cache that finds nothing, instead of failing, where a class of the arguments is no more.
+    """Reader of numba's cache: nothing, where a class of the arguments is no more.
 
     Parameters
     ----------
@@ -63,7 +65,9 @@ def _kept_or_none(load: Callable[[], dict[Any, Any]]) -> Callable[[], dict[Any, 
 
 
 class _Collecting(Listener):
-    """Python's search for garbage waits while functions are compiled: it took a seventh of that time and found little.
+    """Keeps Python's search for garbage waiting while functions are compiled.
+
+    It took a seventh of that time and found little.
 
     The compiler makes millions of small objects that it still needs, and each search looks through all of them.
     """
@@ -72,7 +76,7 @@ class _Collecting(Listener):
         self.depth, self.was = 0, False
 
     def on_start(self, event: Event) -> None:
-        """Stop it where the outermost function begins; numba lets one thread compile at a time."""
+        """Stop it where the outermost function begins; one thread compiles at a time."""
         if self.depth == 0:
             self.was = gc.isenabled()
             gc.disable()
@@ -89,10 +93,13 @@ register("numba:compile", _Collecting())
 
 
 class _Part(CPUDispatcher):
-    """A function that only compiled ones call: it has no way in for Python, which costs as much as a short function."""
+    """A function that only compiled ones call, without a way in for Python.
+
+    A way in costs as much as a short function.
+    """
 
     def __call__(self, *arguments: Any) -> Any:
-        """Call it through a function that has a way in, compiled on the first call: for tests."""
+        """Call it through a way in that is compiled on the first call: for tests."""
         if not hasattr(self, "door"):
             part = self
             self.door = njit(error_model="numpy")(lambda *given: part(*given))
@@ -102,7 +109,9 @@ class _Part(CPUDispatcher):
 def kernel(
     *, fast: bool = True, counted: bool = False, kept: bool = True, **options: Any
 ) -> Callable[[Callable[..., Any]], Any]:
-    """Compile a function of this package on its first call, and keep it on disk until any file of the package changes.
+    """Compile a function of this package on its first call, and keep it on disk.
+
+    It is kept until any file of the package changes.
 
     Parameters
     ----------
@@ -126,7 +135,7 @@ def kernel(
     options["no_cfunc_wrapper"] = True
 
     def compiled(function: Callable[..., Any]) -> Any:
-        """The function compiled by numba, its cache on disk stamped with all kernel sources."""
+        """The function compiled by numba, its cache stamped with all kernel sources."""
         math, inner = FASTMATH if fast else False, "forceinline" in options or function.__name__.startswith("_")
         part = inner and "inline" not in options  # such a function is never compiled by itself, unless Python calls it
         options["no_cpython_wrapper"] = part

@@ -1,4 +1,4 @@
-"""How convex pieces meet at any relative rotation: axes of the widest gap, faces clipped on faces, edges that cross.
+"""How convex pieces meet at any rotation: widest gap, clipped faces, edges.
 
 Arguments that are named like a field of :class:`PieceArrays` are that field: ``corners`` and ``planes`` of all pieces,
 and how many of them count. A gap is negative where pieces overlap.
@@ -32,7 +32,7 @@ ROUNDING = 1e-6
 def _gap_above(
     corners: Array, n_corners: Index, planes: Array, p: int, f: int, q: int
 ) -> tuple[float, int]:
-    """Gap between face f of piece p and piece q: height of q's lowest corner above the face [m], and its number."""
+    """Height of q's lowest corner above face f of piece p [m], and its number."""
     gap, low = 1e300, 0
     for k in range(n_corners[q]):
         h = planes[p, f, 0] * corners[q, k, 0] + planes[p, f, 1] * corners[q, k, 1]
@@ -46,7 +46,7 @@ def _gap_above(
 def _widest_beside(
     corners: Array, n_corners: Index, planes: Array, n_faces: Index, p: int, q: int, axis: Array, flat: float
 ) -> float:
-    """Widest gap [m] above a face of piece p towards piece q, of the faces whose normals leave an axis.
+    """Widest gap [m] above a face of p towards q, of faces that leave an axis.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def _widest_beside(
 def _widest_gap(
     corners: Array, n_corners: Index, planes: Array, n_faces: Index, p: int, q: int, best: Array
 ) -> tuple[int, int]:
-    """Face of piece p with the widest gap towards piece q, and q's corner nearest to it.
+    """Face of piece p with the widest gap towards q, and q's corner nearest to it.
 
     Parameters
     ----------
@@ -231,7 +231,7 @@ def _opposed_face(pieces: PieceArrays, other: int, lowest: int, axis: Array) -> 
 def _widest_axis(
     pieces: PieceArrays, p: int, q: int, m: int, margin: float, flat: float, met: Meetings, ref_p: Array, ref_q: Array
 ) -> tuple[bool, int, int]:
-    """Axis along which pieces p and q are farthest apart, of all face normals and edge pairs.
+    """Axis along which p and q are farthest apart, of face normals and edge pairs.
 
     Parameters
     ----------
@@ -280,7 +280,7 @@ def _widest_axis(
 def contact_shapes(
     pieces: PieceArrays, pairs: Index, rows: Index, margin: float, flat: float, met: Meetings, asked: Index
 ) -> None:
-    """How some pairs of convex pieces nearer than ``margin`` meet, at any relative rotation.
+    """How pairs of convex pieces nearer than ``margin`` meet, at any rotation.
 
     Of the normals of the faces and the cross products of the edges, the axis of the widest gap (least penetration) is
     taken. Where it is a cross product that leaves the normals of the faces beside the edges by more than ``flat``, the

@@ -1,4 +1,4 @@
-"""Joints cut from how pieces meet now: points of a face, a corner or a crossing, and where the joint lies in blocks."""
+"""Joints cut from how pieces meet now: points, and where joints lie in blocks."""
 
 from typing import NamedTuple
 
@@ -65,13 +65,13 @@ class Cut(NamedTuple):
 
 @kernel(fast=False)
 def _lattice(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
-    """Cover a quadrilateral by a lattice of points and by triangles, each cell cut along both diagonals.
+    """Cover a quadrilateral by points of a lattice and by triangles of its cells.
 
     Parameters
     ----------
     x, y : its four corners in their order around it [m], shape (4,)
     px, py : the LATTICE^2 points, written [m], shape (LATTICE^2 or more,)
-    corners : numbers of the points at every triangle, four triangles a cell, written, shape (4 cells or more, 3)
+    corners : numbers of the points at each triangle, four a cell by both diagonals, written, shape (4 cells or more, 3)
 
     Returns
     -------
@@ -98,7 +98,7 @@ def _lattice(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
 
 @kernel(fast=False, forceinline=True)
 def _sum(x: Array, count: int) -> float:
-    """Sum of the first ``count`` numbers of x, in their order: the last bits depend on it."""
+    """Sum of the first ``count`` numbers of x, in order, on which last bits depend."""
     total = 0.0
     for k in range(count):
         total += x[k]
@@ -107,13 +107,14 @@ def _sum(x: Array, count: int) -> float:
 
 @kernel(fast=False)
 def _spokes(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
-    """Cover a polygon by its centre, corners and middles of sides, and by triangles from the centre to half sides.
+    """Cover a polygon by its centre, corners and middles of sides, and triangles.
 
     Parameters
     ----------
     x, y : corners of the polygon in their order around it [m], shape (n,)
     px, py : the 2 n + 1 points, written [m]: centre, then every corner with the middle of the side that follows it
-    corners : numbers of the points at each of the 2 n triangles, written, shape (2 n or more, 3)
+    corners : numbers of the points at each of the 2 n triangles, from the centre to half a side, written, shape
+        (2 n or more, 3)
 
     Returns
     -------
@@ -133,7 +134,7 @@ def _spokes(x: Array, y: Array, px: Array, py: Array, corners: Index) -> int:
 
 @kernel(fast=False, counted=True)
 def spread(x: Array, y: Array, s: Array, t: Array, area: Array) -> int:
-    """Points of a convex counter-clockwise polygon, edges included, with tributary areas.
+    """Points of a convex counter-clockwise polygon, edges too, with their areas.
 
     A quadrilateral has a lattice, any other outline its centre, corners and middles of sides. Each triangle between
     these points gives a third of its area to each of its corners.
@@ -182,7 +183,7 @@ def spread(x: Array, y: Array, s: Array, t: Array, area: Array) -> int:
 
 @kernel(fast=False)
 def _at(rot: Array, place: Array, i: int, at: tuple[float, float, float], out: Array) -> None:
-    """A place ``at`` [m] in the axes of block i, R^T (at - centroid), written to ``out``, shape (3,).
+    """A place ``at`` [m] in the axes of block i, R^T (at - centroid), to ``out`` (3).
 
     ``rot`` and ``place`` are the rotation matrices and the centroids now [m] of all blocks, (n, 3, 3) and (n, 3).
     """
@@ -362,7 +363,7 @@ def cut_joints(rows: Index, one: Index, two: Index, met: Meetings, poses: Poses,
 def facing_interface(
     block_a: Index, block_b: Index, normal: Array, centre: Array, poses: Poses, one: int, two: int, n: Array, at: Array
 ) -> int:
-    """Interface of either block whose face looks most along n, out of the first block, and of these the nearest.
+    """Interface of a or b that looks most along n, out of a; of these the nearest.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Joints between blocks that deform in shapes: what strains move their faces by, and what forces there do to shapes.
+"""Joints between blocks that deform in shapes: motion of faces, forces on shapes.
 
 A joint takes up the six rigid motions of a face that are nearest to what a shape does there. A shape is six numbers of
 a joint's side then, a displacement c and a rotation w, and both sides add to the relative motion of the rigid blocks,
@@ -27,7 +27,7 @@ PLANE_MODES, SPACE_MODES = 9, 21
 
 @kernel(forceinline=True)
 def face_motion(side: Array, j: int, x: Array, i: int, space: bool | None) -> Numbers:
-    """Displacement c [m] and rotation w [rad] of one side of joint j by the shapes of block i.
+    """Displacement [m] and rotation [rad] of a side of joint j by shapes of block i.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def face_motion(side: Array, j: int, x: Array, i: int, space: bool | None) -> Nu
 
 @kernel(forceinline=True)
 def slopes(u: Numbers) -> Numbers:
-    """A motion c + w x (s, t, 0) of block a's face as displacement and slopes, like d and g of a joint.
+    """Motion c + w x (s, t, 0) of block a's face, like d and g of a joint.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def slopes(u: Numbers) -> Numbers:
 
 @kernel(forceinline=True)
 def turned_slopes(u: Numbers, g: Numbers, space: bool | None) -> Numbers:
-    """Motion of block b's face by its strains, R (c + w x X) with X = (s, t, 0), in block a's frame.
+    """Motion of block b's face by strains, R (c + w x X), X = (s, t, 0), in a's frame.
 
     The counterpart of :func:`slopes` for a face that has turned with its block by R = R_rel against block a.
 
@@ -96,7 +96,7 @@ def turned_slopes(u: Numbers, g: Numbers, space: bool | None) -> Numbers:
 
 @kernel(forceinline=True)
 def turned_back(f1: float, f2: float, f3: float, g: Numbers) -> Numbers:
-    """A vector (f1, f2, f3) along the joint's axes, told in those axes as block b carries them: R^T f.
+    """Vector (f1, f2, f3) along the joint's axes as block b carries them: R^T f.
 
     Parameters
     ----------
@@ -123,7 +123,7 @@ def less(v: Numbers, u: Numbers) -> Numbers:
 def load_shapes(
     contact: Array, i: int, side: Array, j: int, sign: float, f: Numbers, s: Numbers, t: Numbers, space: bool | None
 ) -> None:
-    """Add what a joint's forces do to the shapes of block i: their work per unit of each shape.
+    """Add what a joint's forces do to the shapes of block i: work per unit of each.
 
     Parameters
     ----------
@@ -149,7 +149,9 @@ def strained_sums(
     j: int, points: Points, joints: Joints, bodies: RigidBodies, modes: BlockModes, space: bool | None,
     axes: Axes, d: Numbers, g: Numbers, ra: Numbers, rb: Numbers, dt: float,
 ) -> Numbers:
-    """Forces, moments and losses of joint j between blocks that strain; forces on their shapes are added to these.
+    """Forces, moments and losses of joint j between blocks that strain.
+
+    Forces on their shapes are added to these.
 
     Points within their strength are summed first; only a joint with one that is not is summed again by the whole law.
 
@@ -210,7 +212,9 @@ def strained_sums(
 
 @kernel(inline="always")
 def load_strain(modes: BlockModes, i: int, rot: Array, arms: Array, force: Array) -> None:
-    """Loads of block i on its shapes, written to ``modes.load``, and the moment that its strain adds to ``force``.
+    """Loads of block i on its shapes, and the moment that its strain adds.
+
+    They are written to ``modes.load``; the moment is added to ``force``.
 
     The point at r from the centroid goes to R (1 + sum of q_k G_k) r. With B_k = R G_k sum of r f^T the force on shape
     k is tr(B_k), and the moment grows by q_k times the axial vector of B_k.
@@ -286,7 +290,7 @@ def move_modes(modes: BlockModes, step: BlockStep, local: float, drifts: bool | 
 def deformation_at(
     j: int, joints: Joints, modes: BlockModes, space: bool | None, g: Numbers, x: float, y: float
 ) -> Numbers:
-    """Displacement by deformation at a point of joint j: of b's face against a's, then of a's face alone.
+    """Displacement by deformation at a point: of b's face against a's, then of a's.
 
     Both are three components [m] in the joint's axes.
 

@@ -1,4 +1,4 @@
-"""On which face two pieces meet, whatever their least overlap says: one that goes on from what carries the other."""
+"""On which face pieces meet, where it goes on from what carries the other."""
 
 from typing import NamedTuple
 
@@ -20,7 +20,7 @@ SAG = 10.0
 
 
 class Carrying(NamedTuple):
-    """Joints between faces that carry now, and where those of every block stand among them."""
+    """Joints between faces that carry now, and where each block's stand among them."""
 
     ends: Index  # blocks a and b, (k, 2)
     normal: Array  # from a to b, (k, 3)
@@ -32,7 +32,7 @@ class Carrying(NamedTuple):
 
 @kernel(fast=False, forceinline=True)
 def _faces_along(planes: Array, piece: int, face: int, n: Array, sign: float) -> bool:
-    """Whether a face of a piece, of the planes of all faces, looks along the unit vector n times a sign of 1 or -1."""
+    """Whether a face of a piece looks along the unit vector n times a sign of +-1."""
     x = planes[piece, face, 0] * n[0] + planes[piece, face, 1] * n[1] + planes[piece, face, 2] * n[2]
     return sign * x > TURNED
 
@@ -79,7 +79,7 @@ def _step(pieces: PieceArrays, parts: Index, carrier: int, k: int, by: Carrying,
 
 @kernel(fast=False)
 def _deepest(by: Carrying, n: Array, borne: int, other: int, carrier: int) -> float:
-    """Largest depth [m] to which joints of three blocks are pressed, of those that look along n or against it.
+    """Largest depth [m] of joints of three blocks that look along n or against it.
 
     Parameters
     ----------
@@ -101,7 +101,9 @@ def _deepest(by: Carrying, n: Array, borne: int, other: int, carrier: int) -> fl
 def _goes_on(
     pieces: PieceArrays, owner: Index, parts: Index, by: Carrying, p: int, q: int, place: Array, found: Index
 ) -> None:
-    """Find the face on which pieces p and q meet and write it to ``found``, as :func:`faces_that_go_on` says.
+    """Write the face on which pieces p and q meet to ``found``.
+
+    It is found as :func:`faces_that_go_on` says.
 
     All joints of the two blocks are tried. It is the face of one piece that goes on from the face on which the other is
     borne, no higher than what the joints beside it are pressed by. Without one it is the face on which the two bear

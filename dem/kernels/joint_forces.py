@@ -1,4 +1,4 @@
-"""Forces of the joints on the blocks: sums over the points of all joints, and crossing edges."""
+"""Forces of the joints on the blocks: sums over all points, and crossing edges."""
 
 import numpy as np
 
@@ -28,9 +28,12 @@ from dem.kernels.sums import joint_sums
 def _crossing_forces(
     points: Points, joints: Joints, bodies: RigidBodies, dt: float, total: Array, part: Part
 ) -> None:
-    """Add the forces of all crossing edges; a call from the loop of :func:`_joint_forces` would slow that by half.
+    """Add the forces of all crossing edges.
 
-    Their law has no cohesion, tension or dilation, and no added terms: what slips there is not counted.
+    A call from the loop of :func:`_joint_forces` would slow that by half.
+
+    Their law has no cohesion, tension or dilation, and no added terms: what slips there is not counted and does no
+    damage. Friction is what the damage has left that the point inherited.
 
     Parameters
     ----------
@@ -82,7 +85,7 @@ def _crossing_forces(
 def add_wrench(
     contact: Array, a: int, b: int, axes: Axes, force: Numbers, moment: Numbers, ra: Numbers, rb: Numbers
 ) -> None:
-    """Add the force and moment of a joint, in its axes, to block b and their opposites to block a.
+    """Add force and moment of a joint, in its axes, to b and their opposites to a.
 
     Parameters
     ----------
@@ -117,7 +120,9 @@ def _joint_forces(
     points: Points, joints: Joints, bodies: RigidBodies, dt: float, total: Array, part: Part,
     modes: BlockModes | None = None, space: bool | None = None,
 ) -> None:
-    """Add the forces of a part of the joints to their blocks, and update their points; not of edges that cross.
+    """Add the forces of a part of the joints, but not of edges that cross.
+
+    Their points are updated.
 
     Parameters
     ----------

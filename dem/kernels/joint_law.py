@@ -1,4 +1,4 @@
-"""The joint law at a point: stress, plastic state and losses at a relative displacement. It is written here only.
+"""The joint law at a point: stress, plastic state and losses, written here only.
 
 Compression positive, w the opening, w_p plastic opening (dilation): N = kn (w_p - w), T = ks (plastic slip - slip),
 -ft <= N <= fc, |T| <= max(c + tan(phi) N, 0). The strength ft may lie beyond the apex c / tan(phi) of the cone: a point
@@ -42,7 +42,7 @@ def tension(n0: float, ft: float, reach: float) -> float:
 
 @kernel(forceinline=True)
 def stored(pull: float, ft: float, reach: float, kn: float) -> float:
-    """Energy that a point holds in tension [J/m2]: the area under :func:`tension` up to an opening pull / kn.
+    """Energy of a point in tension [J/m2]: :func:`tension` up to an opening pull / kn.
 
     Beyond reach / kn it gives back ft times the opening.
 
@@ -125,7 +125,9 @@ def within(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float,
     peak: Peak, softening: SofteningRow | None, dashpot: Numbers | None,
 ) -> Numbers:
-    """Stress at a point well within its strength, and whether it is: no root, no division.
+    """Stress at a point well within its strength, and whether it is.
+
+    It takes no root and no division.
 
     Arguments as in :func:`return_map`, which gives these numbers for such a point.
 
@@ -171,7 +173,9 @@ def _held(peak: Peak, spring: Numbers) -> float:
 
 @kernel(inline="always")
 def _lost(peak: Peak, old: Numbers, now: Numbers, slid: Numbers, moved: Numbers, grows: bool) -> Numbers:
-    """What springs lose in a step by friction, by plastic opening (its negative) and by damage [J/m2].
+    """What springs lose in a step [J/m2]: friction, plastic opening, and damage.
+
+    The part of the plastic opening is the negative of what is lost.
 
     Central differences give the blocks F(n) (x(n+1) - x(n-1)) / 2. Summed by parts that is, for every step, the mean of
     the forces at its two ends times its displacement. Of springs it is the change of their energy. So friction is the
@@ -205,7 +209,7 @@ def _opened(
     peak: Peak, inv_ks: float, w: float, n0: float, slip_1: float, slip_2: float, lift: float, worn: Numbers,
     pull: Numbers,
 ) -> Numbers:
-    """Plastic opening of a point that dilates or crushes, as it follows from where the point was before the step.
+    """Plastic opening of a point that dilates or crushes, from its state before.
 
     Dilation follows the sense of slip: what part of it leads away from where the point was made.
 
@@ -258,7 +262,7 @@ def return_map(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float,
     peak: Peak, softening: SofteningRow | None, dashpot: Numbers | None, dilates: bool, moved: Numbers,
 ) -> Numbers:
-    """Stress at a point at the end of a step, its plastic state after it, and what it lost.
+    """Stress at a point at the end of a step, its plastic state, and what it lost.
 
     A dashpot lies beside the spring and both in line with the slider (Kelvin and Voigt's element, then Coulomb's): the
     law limits what spring and dashpot carry together, |T| <= c + tan(phi) N with the N of both, and the dashpot feels

@@ -1,4 +1,4 @@
-"""Strength of a contact point: what a joint's row of the law says of its peak, its fall to residual values and damage.
+"""Strength of a contact point: peak, residual values and damage by a joint's row.
 
 A point goes from its peak to its residual values as its damage goes from 0 to 1. All of it is part of the joint law,
 :mod:`dem.kernels.joint_law`.
@@ -29,7 +29,7 @@ class Peak(NamedTuple):
 
 
 class SofteningRow(NamedTuple):
-    """Residual less peak values of a joint, which are negative or 0, and what takes it there."""
+    """Residual less peak values of a joint, at most 0, and what takes it there."""
 
     tan_phi: float
     tan_psi: float
@@ -42,7 +42,7 @@ class SofteningRow(NamedTuple):
 
 @kernel(forceinline=True)
 def plain_peak_of(law: Array, j: int) -> Peak:
-    """Peak values of joint j, which has no added terms, from the rows ``law`` of all joints, (k, LAW_SIZE)."""
+    """Peak values of joint j without added terms; ``law``: all rows, (k, LAW_SIZE)."""
     return Peak(
         law[j, LAW.kn], law[j, LAW.ks], law[j, LAW.tan_phi], law[j, LAW.tan_psi], law[j, LAW.cohesion],
         law[j, LAW.tension], law[j, LAW.crushing], law[j, LAW.lift], None,
@@ -51,7 +51,7 @@ def plain_peak_of(law: Array, j: int) -> Peak:
 
 @kernel(forceinline=True)
 def peak_of(law: Array, j: int) -> Peak:
-    """Peak values of joint j, with its added terms, from the rows ``law`` of all joints, shape (k, LAW_SIZE)."""
+    """Peak values of joint j, with added terms; ``law``: all rows, (k, LAW_SIZE)."""
     return Peak(
         law[j, LAW.kn], law[j, LAW.ks], law[j, LAW.tan_phi], law[j, LAW.tan_psi], law[j, LAW.cohesion],
         law[j, LAW.tension], law[j, LAW.crushing], law[j, LAW.lift], entries_of(law, j),
@@ -60,7 +60,7 @@ def peak_of(law: Array, j: int) -> Peak:
 
 @kernel(forceinline=True)
 def softening_of(law: Array, j: int) -> SofteningRow:
-    """How joint j falls from its peak to its residual values, from the rows ``law`` of all joints, (k, LAW_SIZE)."""
+    """How joint j falls to its residual values; ``law``: all rows, (k, LAW_SIZE)."""
     # where the opening does no damage the flag is 0, and so is the pull
     secant = law[j, LAW.secant] * law[j, LAW.kn] / max(law[j, LAW.by_opening], TINY)
     return SofteningRow(

@@ -1,4 +1,4 @@
-"""Relative motion of the two blocks of a joint at any rotation: faces that share points, and edges that cross."""
+"""Relative motion of the two blocks of a joint: faces that share points, edges."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ Axes = tuple[Numbers, Numbers, Numbers]
 
 @kernel(inline="always")
 def kinematics(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, Numbers, Numbers, Numbers, Numbers]:
-    """Frame of joint j now, displacement and rotation of block b against a there, and both arms.
+    """Frame of joint j now, motion of block b against a there, and both arms.
 
     ``joints`` and ``bodies`` are all of them. Tuples are returned, inlined so that they stay in registers.
 
@@ -81,7 +81,10 @@ def kinematics(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, Numbe
 
 @kernel(forceinline=True)
 def third_axis(g: Numbers) -> Numbers:
-    """Third column of R_rel, vector product of the first two, from G11, G12, G21, G22, G31, G32 of G = R_rel - I."""
+    """Third column of R_rel, the vector product of the first two.
+
+    ``g`` is G11, G12, G21, G22, G31, G32 of G = R_rel - I.
+    """
     r1, r2, r3 = 1.0 + g[0], g[2], g[4]
     q1, q2, q3 = g[1], 1.0 + g[3], g[5]
     return r2 * q3 - r3 * q2, r3 * q1 - r1 * q3, r1 * q2 - r2 * q1
@@ -89,7 +92,7 @@ def third_axis(g: Numbers) -> Numbers:
 
 @kernel(fast=False)
 def turn_row(rot: Array, i: int, x: float, y: float, z: float) -> Numbers:
-    """Vector (x, y, z) of block i's reference axes in global ones; ``rot`` is R - I of all blocks, (n, 3, 3)."""
+    """(x, y, z) of block i's axes in global ones; ``rot`` is R - I of all, (n, 3, 3)."""
     return (
         x + rot[i, 0, 0] * x + rot[i, 0, 1] * y + rot[i, 0, 2] * z,
         y + rot[i, 1, 0] * x + rot[i, 1, 1] * y + rot[i, 1, 2] * z,
@@ -166,7 +169,9 @@ def crossing(j: int, joints: Joints, bodies: RigidBodies) -> tuple[Axes, float, 
 def relative_motion(
     j: int, joints: Joints, bodies: RigidBodies, axes: Axes, ra: Numbers, rb: Numbers
 ) -> Numbers:
-    """Velocity [m/s] and spin [rad/s] of block b against block a at the origin of joint j, in its axes (t1, t2, n).
+    """Velocity [m/s] and spin [rad/s] of b against a at the origin of joint j.
+
+    They are in its axes t1, t2, n.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Local damping: what it takes of a force while blocks, their shapes and the nodes of zones move."""
+"""Local damping: what it takes of a force on blocks, their shapes and nodes."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ ROUNDING = 1e-12  # velocity over the speed of its block below which it has no s
 
 @kernel(forceinline=True)
 def against_change(local: float, force: float, change: float, brake: float) -> float:
-    """Combined damping from local damping: half of it, and half against the change of the force.
+    """Combined damping: half of the local one, and half against the change of force.
 
     brake = local |F| (sign(v) - sign(dF)) / 2: nothing in the mean where velocity keeps its sign and force swings.
 
@@ -31,7 +31,9 @@ def against_change(local: float, force: float, change: float, brake: float) -> f
 
 @kernel(inline="always")
 def brake_of(local: float, drifts: bool | None, force: float, past: float, speed: float) -> float:
-    """Cundall's local damping of an unbalanced force F [N], or moment: local |F| sign(v), to be taken from F.
+    """Cundall's local damping: local |F| sign(v), to be taken from the unbalanced F.
+
+    F is a force [N] or moment.
 
     Parameters
     ----------
@@ -75,7 +77,7 @@ def brakes_of(
     local: float, drifts: bool | None, force: Array, i: int, at: int, past: Array, speed: Array, least: float,
     held: Array, axes: Array,
 ) -> tuple[float, float, float]:
-    """Local damping of block i's unbalanced force [N], or moment, along its own axes: x, y and z of it.
+    """Local damping of block i's unbalanced force [N], or moment, along its axes.
 
     What moves steadily along one axis then brakes nothing along the others, however the structure stands in space.
 

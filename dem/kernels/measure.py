@@ -13,7 +13,7 @@ def measure(
     points: Points, joints: Joints, bodies: RigidBodies, position: Array, force: Array, opening: Array, slip: Array,
     modes: BlockModes | None = None, space: bool | None = None,
 ) -> float:
-    """Contact-point places, forces, openings and slips in the present position; changes no state.
+    """Places, forces, openings and slips of contact points now; changes no state.
 
     Parameters
     ----------

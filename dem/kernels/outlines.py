@@ -1,4 +1,4 @@
-"""Outlines of the points of a joint, and whose edges end the contact along either axis."""
+"""Outlines of a joint's points, and whose edges end the contact along an axis."""
 
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ BESIDE = 1e-4
 
 
 class SolidArrays(NamedTuple):
-    """Convex pieces of blocks in the reference position, block after block; arrays are padded to the largest."""
+    """Convex pieces of blocks in the reference position, padded to the largest."""
 
     start: Index  # first piece of every block, (n + 1,)
     corners: Array  # from the block's centroid [m], (p, v, 3)
@@ -37,7 +37,7 @@ class SolidArrays(NamedTuple):
 
 @kernel(fast=False)
 def slope_of(x: Array, y: Array, height: Array) -> tuple[float, float]:
-    """Slopes along x and y of the plane nearest to heights at points, by least squares.
+    """Slopes along x and y of the plane nearest to heights, by least squares.
 
     Where the points lie in a row it is level across the row.
 
@@ -71,7 +71,9 @@ def slope_of(x: Array, y: Array, height: Array) -> tuple[float, float]:
 
 @kernel(fast=False, counted=True)
 def convex_hull(x: Array, y: Array, corners: Index) -> int:
-    """Corners of the convex hull of points, counter-clockwise from the leftmost; none in the middle of a side.
+    """Corners of the convex hull of points, counter-clockwise from the leftmost.
+
+    There are none in the middle of a side.
 
     Parameters
     ----------
@@ -118,7 +120,7 @@ def convex_hull(x: Array, y: Array, corners: Index) -> int:
 
 @kernel(fast=False)
 def _inside(solids: SolidArrays, block: int, at: tuple[float, float, float]) -> bool:
-    """Whether a place lies in one of a block's convex pieces, both in the reference position.
+    """Whether a place lies in one of a block's convex pieces in reference position.
 
     Parameters
     ----------
@@ -149,7 +151,7 @@ def _inside(solids: SolidArrays, block: int, at: tuple[float, float, float]) -> 
 
 @kernel(fast=False)
 def _whose_side(j: int, joints: Joints, solids: SolidArrays, s: float, t: float, step: float) -> int:
-    """Whose edge a side of joint j's outline is: of the block whose face ends there, or of both.
+    """Whose edge a side of joint j's outline is: the block's that ends there, or both.
 
     Just beyond the side a place is looked at on either side of the joint's plane. Where it lies within the block on
     that side, the block's face goes on, and the edge is the other's.
@@ -193,7 +195,7 @@ def _whose_side(j: int, joints: Joints, solids: SolidArrays, s: float, t: float,
 
 @kernel(fast=False)
 def _outline(x: Array, y: Array, wide: float, high: float, corners: Index, u: Array, v: Array) -> int:
-    """Convex outline of points; of a row of points a strip around it, as wide as the row is long.
+    """Convex outline of points; of a row a strip as wide as the row is long.
 
     Parameters
     ----------
@@ -226,7 +228,7 @@ def _outline(x: Array, y: Array, wide: float, high: float, corners: Index, u: Ar
 def _between(
     u: Array, v: Array, whose: Index, count: int, along: float, aside: float
 ) -> tuple[float, float, float]:
-    """Where a point lies between an outline's ends along u, 0 low to 1 high, and whose edge each end is.
+    """Where a point lies between ends along u, 0 to 1, and whose edge each end is.
 
     The ends are those of the line v = ``aside`` through the outline. Where the line misses the outline, or passes it
     at a corner alone, the answer is that of points that stay with b: the middle, between edges of b.

@@ -1,4 +1,4 @@
-"""Convex pieces of blocks where they stand now: corners, boxes, planes of faces, motion since they were looked at."""
+"""Convex pieces of blocks now: corners, boxes, planes, motion since the last look."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from dem.kernels.compiled import kernel
 
 
 class PieceArrays(NamedTuple):
-    """Convex pieces in their present position; arrays are padded to the largest piece and face."""
+    """Convex pieces in their present position, padded to the largest piece and face."""
 
     corners: Array  # [m], (p, v, 3)
     n_corners: Index  # numbers in use, (p,)
@@ -36,7 +36,7 @@ class Meetings(NamedTuple):
 
 
 class NearPairs(NamedTuple):
-    """Pairs of pieces whose boxes overlap, and how their blocks lay when they were looked at last."""
+    """Pairs of pieces whose boxes overlap, and how they lay at the last look."""
 
     pairs: Index  # pieces, sorted, (m, 2)
     blocks: Index  # the one that reaches farther from its centroid first, (m, 2)
@@ -79,7 +79,7 @@ def relative_motion(
     near: NearPairs, quat: Array, rot: Array, place: Array, reach: Array, offset: Array, turn: Array, moved: Array,
     turned: Array,
 ) -> None:
-    """How the blocks of every pair lie to each other now, and have moved and turned since they were looked at.
+    """How the blocks of every pair lie now, and have moved since the last look.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def relative_motion(
 
 @kernel(fast=False)
 def face_planes(pieces: PieceArrays, some: Index) -> None:
-    """Write the planes of all faces of the pieces with numbers ``some``, shape (k,), to ``pieces.planes``."""
+    """Write planes of all faces of the pieces ``some``, (k,), to ``pieces.planes``."""
     for i in some:
         for f in range(pieces.n_faces[i]):
             _plane_of(pieces.corners, pieces.faces, pieces.size, i, f, pieces.planes[i, f])
@@ -127,7 +127,9 @@ def face_planes(pieces: PieceArrays, some: Index) -> None:
 
 @kernel(fast=False)
 def _plane_of(corners: Array, faces: Index, size: Index, p: int, f: int, out: Array) -> None:
-    """Plane of face f of convex piece p: outward unit normal by Newell's sums and offset [m], written to ``out`` (4).
+    """Plane of face f of piece p: outward normal and offset [m], to ``out`` (4).
+
+    The unit normal is by Newell's sums.
 
     ``corners``, ``faces`` and ``size`` are those of :class:`PieceArrays`.
     """

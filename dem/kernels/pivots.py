@@ -1,4 +1,4 @@
-"""Joints that bear on an edge of block a alone, so that the face they bear on is block b's."""
+"""Joints that bear on an edge of block a alone, so on block b's face."""
 
 import numpy as np
 
@@ -24,7 +24,10 @@ AT_THE_END = 1e-3
 
 @kernel(fast=False, forceinline=True)
 def extremes(x: Array, count: int) -> tuple[int, int]:
-    """Places of the smallest and of the largest of the first ``count`` numbers of x; of equal ones the first."""
+    """Places of the least and the largest of the first ``count`` numbers of x.
+
+    Of equal ones it is the first.
+    """
     low = high = 0
     for k in range(1, count):
         low = k if x[k] < x[low] else low
@@ -63,7 +66,9 @@ def _may_be_at_an_end(along: Array, aside: Array, opening: Array) -> bool:
 
 @kernel(fast=False, forceinline=True)
 def _on_a(ends: Array, opening: Array, slip: Array) -> bool:
-    """Whether all pressed points lie at an end along an axis that is an edge of a, or of both while b slides off it.
+    """Whether all pressed points lie at an end along an axis that is an edge of a.
+
+    An edge of both counts while b slides off it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What joints that are cut anew take over: shear, dilation and damage of old points, and their elastic energy.
+"""What joints cut anew take over: shear, dilation, damage and elastic energy.
 
 ``stiff`` is half the stiffness k A of every point [N/m], ``deep`` its depth, negative where it is open [m], and
 ``along`` the size of its elastic slip [m], shape (m,) each.
@@ -47,7 +47,7 @@ def inherit(
     points: Points, joints: Joints, left: Testators, start: Index, heirs_of: Index, own: Index,
     new: Points, cut: Joints, heirs: Heirs,
 ) -> None:
-    """Elastic shear displacement, dilation and damage of the nearest of some old points, written to new ones.
+    """Write elastic shear, dilation and damage of the nearest old points to new ones.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def inherit(
 
 @kernel(fast=False)
 def _pressed(stiff: Array, deep: Array, by: float) -> tuple[float, float]:
-    """Energy [J] and normal force [N] of points once all are pressed less deep by ``by`` [m].
+    """Energy [J] and normal force [N] of points pressed less deep by ``by`` [m].
 
     ``stiff`` is half the normal stiffness [N/m] and ``deep`` the depth [m] of every point, shape (m,).
     """
@@ -116,7 +116,7 @@ def _pressed(stiff: Array, deep: Array, by: float) -> tuple[float, float]:
 
 @kernel(fast=False)
 def _sheared(stiff: Array, along: Array, most: Array, part: float) -> float:
-    """Energy [J] of points at ``part`` times their elastic slip, each held to the most that it may bear.
+    """Energy [J] of points at ``part`` of their elastic slip, each within its most.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ def _sheared(stiff: Array, along: Array, most: Array, part: float) -> float:
 
 @kernel(fast=False)
 def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: Array) -> None:
-    """Write how far points are set back [m] so that they store an energy ``allowed`` [J].
+    """Write how far points are set back [m] to store an energy ``allowed`` [J].
 
     Points that store too much are all set back by one distance. Points that store too little are moved on, each by one
     part of its depth, as far as the force stays within ``HARDER`` times ``push`` and the depth within ``DEEPER`` times.
@@ -170,7 +170,9 @@ def _set_back(stiff: Array, deep: Array, allowed: float, push: float, setback: A
 
 @kernel(fast=False)
 def _bearable(stiff: Array, along: Array, most: Array, allowed: float) -> float:
-    """Factor on elastic slips, found by halving, with which points store at most ``allowed`` [J]; at most DEEPER.
+    """Factor on elastic slips with which points store at most ``allowed`` [J].
+
+    It is found by halving, and at most DEEPER.
 
     Parameters
     ----------
@@ -195,7 +197,9 @@ def _bearable(stiff: Array, along: Array, most: Array, allowed: float) -> float:
 def keep_energy(
     new: Points, cut: Joints, heirs: Heirs, start: Index, rows: Index, pressure: Array, sheared: Array, push: Array
 ) -> None:
-    """Make joints found anew store the elastic energy of the joints that they replace, as far as their law bears it.
+    """Make joints found anew store the elastic energy of those that they replace.
+
+    They do as far as their law bears it.
 
     Contacts found anew have other points and areas. Without this the energy would jump, and blocks would be kicked.
     A joint is "cut" where its contact polygon is computed by cutting the faces of two displaced blocks by each other.

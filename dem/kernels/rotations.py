@@ -1,4 +1,4 @@
-"""Rotation of blocks: unit quaternions, R - I, and the spin that goes with an angular momentum."""
+"""Rotation of blocks: quaternions, R - I, and spin by angular momentum."""
 
 import numpy as np
 
@@ -30,7 +30,9 @@ def spin_of(rot: Array, inv_inertia: Array, ang: Array, out: Array) -> None:
 
 @kernel(forceinline=True)
 def turned_by(q: Array, spin: Array, h: float, out: Array) -> None:
-    """Unit quaternion after a rotation spin h, by the Cayley form (1, spin h / 2) q, brought to unit length.
+    """Quaternion after a rotation spin h, by the Cayley form (1, spin h / 2) q.
+
+    It is brought to unit length.
 
     Parameters
     ----------
@@ -51,7 +53,10 @@ def turned_by(q: Array, spin: Array, h: float, out: Array) -> None:
 
 @kernel(forceinline=True)
 def rotation_of(q: Array, out: Array) -> None:
-    """R - I of a unit quaternion q, scalar first, without cancellation at small angles, written to ``out`` (3, 3)."""
+    """R - I of a unit quaternion q, scalar first, written to ``out`` (3, 3).
+
+    Nothing cancels at small angles.
+    """
     s, x, y, z = q[0], q[1], q[2], q[3]
     out[0, 0] = -2.0 * (y * y + z * z)
     out[1, 1] = -2.0 * (x * x + z * z)
@@ -66,7 +71,9 @@ def rotation_of(q: Array, out: Array) -> None:
 
 @kernel(inline="always")
 def middle_spin(bodies: RigidBodies, i: int, half_step: float, half: Array, trot: Array, out: Array) -> None:
-    """Spin at the middle of a step, of second order: with the axes that block i has there, found in two rounds.
+    """Spin at the middle of a step, of second order.
+
+    It is with the axes that block i has there, found in two rounds.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Stiffness that blocks feel through the springs of their contact points, when only one of them moves."""
+"""Stiffness that a block feels through its contact points when it alone moves."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ DEPTH = 48
 
 @kernel(fast=False)
 def _run(rows: Array, first: int, count: int, out: Array, eight: Array) -> None:
-    """Sum of at most :data:`RUN` rows, written to ``out``, with the last bits of numpy's sum.
+    """Sum of at most :data:`RUN` rows, to ``out``, with the last bits of numpy's.
 
     numpy adds up every eighth number by itself, as its vector registers do, then these eight sums in pairs, and at the
     end what is left of the rows. Another order would give other last bits.
@@ -50,7 +50,7 @@ def _run(rows: Array, first: int, count: int, out: Array, eight: Array) -> None:
 
 @kernel(fast=False, counted=True)
 def _pairwise(rows: Array, first: int, count: int, out: Array) -> None:
-    """Sum of rows in the order in which numpy sums a column: halves of halves down to :data:`RUN` rows.
+    """Sum of rows in the order of numpy: halves of halves down to :data:`RUN` rows.
 
     The same order gives the last bits of numpy's sum. A stack stands for a function that calls itself: at each depth a
     run of rows (``begin``, ``size``), how many of its halves are summed (``done``), the sum of its first half
@@ -95,7 +95,7 @@ def _pairwise(rows: Array, first: int, count: int, out: Array) -> None:
 def add_springs(
     points: Points, joints: Joints, rows: Index, of_b: bool, frame: Array, out: Array
 ) -> None:
-    """Add the stiffness of the points of joints to one of their blocks each: sums of k A g g^T.
+    """Add the stiffness of points of joints to one block each: sums of k A g g^T.
 
     g = (e, r x e) for e along t1, t2 and n, with r from the block's centroid to the point; k is ks, ks and kn. Every
     joint is summed up before it is added, in the order in which ``numpy.add.reduceat`` does.

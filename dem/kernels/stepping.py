@@ -51,7 +51,7 @@ LEAST = 1e-6
 
 @kernel(inline="always")
 def _adapted(viscosity: float, adaptive: float, kinetic: float, before: float, dt: float) -> float:
-    """Viscosity whose power 2 C E_k follows a fixed part of the rate of change of the kinetic energy [1/s].
+    """Viscosity [1/s] whose power follows a part of the rate of kinetic energy.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def _loads_on(acting: Acting, step: int, i: int, rot: Array, force: Array) -> No
 
 @kernel(inline="always")
 def _arms_on(acting: Acting, step: int, i: int, arms: Array) -> None:
-    """Sum of r f^T of the loads on block i in a step, written to ``arms`` (3, 3), see ``Acting.cases``."""
+    """Sum of r f^T of the loads on block i in a step, to ``arms`` (3, 3) [N m]."""
     for a in range(3):
         for b in range(3):
             arms[a, b] = 0.0
@@ -107,7 +107,7 @@ def _arms_on(acting: Acting, step: int, i: int, arms: Array) -> None:
 
 @kernel(inline="always")
 def _driven(acting: Acting, step: int, i: int, k: int) -> float:
-    """Prescribed velocity of the held degree of freedom k of block i at a step [m/s, rad/s], of all drives together."""
+    """Velocity that all drives prescribe for freedom k of block i [m/s, rad/s]."""
     v = 0.0
     for q in range(acting.drives.shape[0]):
         v += acting.speeds[step, q] * acting.drives[q, i, k]
@@ -176,7 +176,7 @@ def _accelerate(
 
 @kernel(inline="always")
 def _stop(bodies: RigidBodies) -> None:
-    """Take all free velocities of the blocks away: velocity, spin and the angular momentum that it follows."""
+    """Take all free velocities of the blocks away, and their angular momentum."""
     for i in range(bodies.mass.size):
         for k in range(3):
             if not bodies.held[i, k]:
@@ -213,7 +213,7 @@ def _move(
     bodies: RigidBodies, part: int, parts: int, acting: Acting, step: int, at: BlockStep, scheme: Scheme,
     drifts: bool | None, scratch: Scratch, modes: BlockModes | None,
 ) -> Work:
-    """Move a part of the blocks by a step; kinetic energy, and work of loads, supports and damping [J].
+    """Move a part of the blocks by a step; return energies [J] as :func:`_added_up`.
 
     Compiled into its caller as a whole: otherwise every array is counted for every block.
 

@@ -1,4 +1,4 @@
-"""Sums of the joint law over the contact points of a joint: forces, moments, losses. They are added up here only."""
+"""Sums of the joint law over a joint's points: forces, moments, losses; here only."""
 
 import numpy as np
 
@@ -17,7 +17,9 @@ def point_sums(
     points: Points, p0: int, p1: int, placed: Placed, peak: Peak, softening: SofteningRow | None, dt: float,
     dash: float | None, motion: Numbers | None, rates: Numbers | None, strained: bool | None, dilates: bool | None,
 ) -> Numbers:
-    """Forces, moments and losses of a joint's points; what is None is left out of the loop by the compiler.
+    """Forces, moments and losses of a joint's points.
+
+    What is None is left out of the loop by the compiler.
 
     Parameters
     ----------
@@ -113,9 +115,10 @@ def point_sums(
 
 @kernel(inline="always")
 def held_sums(j: int, points: Points, joints: Joints, placed: Placed, strained: bool | None) -> Numbers:
-    """Sums of joint j, which has no dashpots, where all of its points are within their strength.
+    """Sums of joint j, without dashpots, where all points are within their strength.
 
-    No root, no division, nothing is written.
+    Nothing is written. A joint that keeps its strength takes neither root nor division; one that softens a division,
+    and added terms a root a point.
 
     Parameters
     ----------
@@ -127,7 +130,9 @@ def held_sums(j: int, points: Points, joints: Joints, placed: Placed, strained: 
     the sums of :func:`point_sums`; they must not be used where the last one, points not within their strength, is not 0
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
-    # what is None is left out by the compiler: one loop over points for each kind of joint, the plain one the shortest
+    # what is None is left out by the compiler: one loop over points for each kind of joint, the plain one the shortest.
+    # Whatever softens loses strength by opening, by slip perhaps too: see limitmason.mechanics.law.softening. What
+    # follows the softening is dt, dash, motion, rates, strained and dilates
     if law[j, LAW.by_opening] == 0.0 and not has_added(law, j):
         out = point_sums(points, p0, p1, placed, plain_peak_of(law, j), None, 0.0, None, None, None, strained, None)
     else:
@@ -161,7 +166,9 @@ def yielding_sums(
     j: int, points: Points, joints: Joints, placed: Placed, motion: Numbers, rates: Numbers | None, dt: float,
     strained: bool | None,
 ) -> Numbers:
-    """Sums of joint j, whose points yield, by the least law it needs: else the loop over them takes twice the time.
+    """Sums of joint j, whose points yield, by the least law it needs.
+
+    By more the loop over them takes twice the time.
 
     Parameters
     ----------
@@ -171,7 +178,7 @@ def yielding_sums(
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
     plain = law[j, LAW.dash] == 0.0 and not has_added(law, j)
-    # without dilation and crushing the lift stays
+    # without dilation and crushing the lift stays; rates of softening as in held_sums
     lifts = law[j, LAW.tan_psi] != 0.0 or law[j, LAW.crushing] != np.inf
     if plain and law[j, LAW.by_opening] == 0.0:
         peak = plain_peak_of(law, j)

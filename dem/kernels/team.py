@@ -1,4 +1,4 @@
-"""Threads that share the steps of one large structure: where they wait for each other."""
+"""Threads that share the steps of a large structure: where they wait."""
 
 import multiprocessing
 import os
@@ -23,7 +23,9 @@ SLEEP = 20
 
 
 def _added(typing: Any, gate: Any, x: Any) -> Any:
-    """Number of a gate after x is added to it, in one go for all threads: what numba asks of an intrinsic.
+    """Number of a gate after x is added to it, in one go for all threads.
+
+    The arguments are those that numba asks of an intrinsic.
 
     Parameters
     ----------
@@ -81,7 +83,9 @@ def meet(gate: Index, met: int, threads: int, spin: int = SPIN) -> int:
 
 
 def threads_allowed() -> int:
-    """Threads that may share a step: numba's number, which NUMBA_NUM_THREADS sets; 1 where processes share the work.
+    """Threads that may share a step: numba's number, 1 where processes share the work.
+
+    NUMBA_NUM_THREADS sets it.
 
     That is in a process made by another Python process, and in any thread but the main one: as studies and dask run.
     """

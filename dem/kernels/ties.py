@@ -1,4 +1,4 @@
-"""Forces of ties: springs between two points of blocks that pull, yield at their strength and hang loose after it."""
+"""Forces of ties: springs between points of blocks that pull, yield, hang loose."""
 
 import numpy as np
 
@@ -9,7 +9,9 @@ from dem.kernels.kinematics import cross, dot, turn_row
 
 @kernel(fast=False)
 def add_tie_forces(ties: Ties, bodies: RigidBodies, total: Array, sums: int = 0) -> None:
-    """Add the forces of all ties to the blocks and let them yield: 0 <= T = k (elongation - plastic) <= strength.
+    """Add the forces of all ties to the blocks and let them yield.
+
+    0 <= T = k (elongation - plastic) <= strength.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What the compiled functions see of zones: nodes, zones, tables, sides of blocks, contact points, rigid blocks."""
+"""What compiled functions see of zones: nodes, tables, sides, points, blocks."""
 
 from typing import NamedTuple
 
@@ -9,7 +9,7 @@ from dem.kernels.arrays import Array, Index
 
 
 class Nodes(NamedTuple):
-    """Nodes of all blocks: places [m], motion, mass, forces, and the rigid block that carries them."""
+    """Nodes of all blocks: places [m], motion, mass, forces, their rigid block."""
 
     place: Array  # reference position, (n, 2)
     shift: Array  # displacement [m], (n, 2)
@@ -74,7 +74,7 @@ class SideContacts(NamedTuple):
 
 
 class Rigid(NamedTuple):
-    """Rigid blocks: motion x, z and turn from x to z, masses, held freedoms and their prescribed velocity."""
+    """Rigid blocks: motion x, z and turn, masses, held freedoms and their velocity."""
 
     centre: Array  # in the reference position, x and z [m], (b, 2)
     shift: Array  # displacement x and z [m], turn [rad], (b, 3)

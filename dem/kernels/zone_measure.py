@@ -1,4 +1,4 @@
-"""Stresses, joint forces and elastic energy of a zoned model in a position; nothing changes."""
+"""Stresses, joint forces and elastic energy of a zoned model; nothing changes."""
 
 import numpy as np
 
@@ -56,7 +56,9 @@ def _zone_stresses(nodes: Nodes, zones: Zones, tables: QuadTable, stresses: Arra
 def _joint_stresses(
     nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array, joint: Array, energy: float
 ) -> float:
-    """Write opening, slip and stresses of all contact points, and return ``energy`` with their own [J].
+    """Write opening, slip and stress of contact points; return ``energy`` with theirs.
+
+    Energies are in [J].
 
     Parameters
     ----------
@@ -80,7 +82,7 @@ def _joint_stresses(
 
 @kernel(counted=True)
 def measure_zones(model: ZonedArrays, stresses: Array, joint: Array) -> float:
-    """Stresses and joint forces in the present position in the plane; changes no state.
+    """Stresses and joint forces in the plane as it stands; changes no state.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Time stepping of zones, their joints and the rigid blocks among them, in the plane."""
+"""Time stepping of zones, their joints and rigid blocks among them, in plane."""
 
 import numpy as np
 
@@ -11,7 +11,10 @@ from dem.kernels.zones import joint_forces, zone_forces
 
 @kernel(forceinline=True)
 def _turned_moment(rigid: Rigid, b: int) -> float:
-    """Change of the moment [N m] of block b's loads as their points turn with it: that of (R - I) sum of r f^T."""
+    """Change of the moment [N m] of block b's loads as their points turn with it.
+
+    It is that of (R - I) sum of r f^T.
+    """
     arms, turn = rigid.arms, rigid.shift[b, 2]
     less, s = -2.0 * np.sin(0.5 * turn) ** 2, np.sin(turn)
     return less * (arms[b, 0, 1] - arms[b, 1, 0]) - s * (arms[b, 0, 0] + arms[b, 1, 1])
@@ -88,7 +91,10 @@ def _apply(nodes: Nodes) -> None:
 
 @kernel()
 def _carry(nodes: Nodes, rigid: Rigid) -> None:
-    """Carry the nodes of rigid blocks along: u + (R - I) r, with r from the centre in the reference position."""
+    """Carry the nodes of rigid blocks along: u + (R - I) r, r from the centre.
+
+    r is in the reference position.
+    """
     for i in rigid.node:
         b = nodes.body[i]
         turn = rigid.shift[b, 2]
@@ -101,7 +107,10 @@ def _carry(nodes: Nodes, rigid: Rigid) -> None:
 
 @kernel()
 def _net(nodes: Nodes, rigid: Rigid) -> None:
-    """Write the force of loads and joints on every rigid block, and the moment about its centre, to ``rigid.net``."""
+    """Write force [N] and moment [N m] of every rigid block to ``rigid.net``.
+
+    They are of loads and of joints, at the ``nodes``; the moment is about the centre.
+    """
     for b in range(rigid.centre.shape[0]):
         for r in range(3):
             rigid.net[b, r] = rigid.load[b, r]

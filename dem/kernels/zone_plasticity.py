@@ -1,4 +1,4 @@
-"""Mohr-Coulomb with a tension cut-off at a stress point: the return to the surface, plane stress or plane strain.
+"""Mohr-Coulomb with a tension cut-off at a stress point: return to the surface.
 
 Tension positive, s1 >= s2 >= s3. Shear: k s1 - s3 <= 2 c sqrt(k), k = (1 + sin phi) / (1 - sin phi), flow
 (k_psi, 0, -1) with psi for phi. Tension: s <= ft for each, flow associated (both as UDEC and FLAC have them). Edges and
@@ -31,7 +31,7 @@ _SINGULAR = 1e-12
 
 
 class Planes(NamedTuple):
-    """Planes of a yield surface in principal stresses, a s <= b, and the elastic law beside them."""
+    """Planes of a yield surface in principal stresses, a s <= b, and elastic law."""
 
     a: Array  # normals, not of unit length, (6, 3)
     b: Array  # [Pa], (6,)
@@ -93,7 +93,9 @@ def planes(mat: Array, m: int, a: Array, b: Array, f: Array, shear: Index) -> in
 
 @kernel(fast=False)
 def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met) -> bool:
-    """Return to some planes at once: True where all multipliers are >= 0 and no plane is exceeded after it.
+    """Return to some planes at once; True where it is admissible.
+
+    It is where all multipliers are >= 0 and no plane is exceeded after it.
 
     Parameters
     ----------
@@ -153,7 +155,9 @@ def _met(active: Index, count: int, n: int, s: Array, surface: Planes, met: Met)
 
 @kernel(fast=False, forceinline=True)
 def _onto_shear(mat: Array, m: int, s: Array, plastic: Array) -> bool:
-    """Return to the face of shear between the largest and the smallest stress, where no other plane is exceeded then.
+    """Return to the face of shear; True where no other plane is exceeded then.
+
+    It lies between the largest and the smallest stress.
 
     Most stress points return so. Arguments as in :func:`principal_return`; they are written where the answer is True.
     """
@@ -271,7 +275,10 @@ def principal_return(mat: Array, m: int, s: Array, plastic: Array) -> int:
 
 @kernel(forceinline=True)
 def exceeds(mat: Array, m: int, xx: float, zz: float, xz: float, yy: float) -> bool:
-    """Whether a stress xx, zz, xz, yy [Pa], tension positive, lies outside the yield surface of row m of ``mat``."""
+    """Whether a stress lies outside the yield surface of row m of ``mat``.
+
+    It is xx, zz, xz, yy [Pa], tension positive.
+    """
     mean, half = 0.5 * (xx + zz), 0.5 * (xx - zz)
     r = np.sqrt(half * half + xz * xz)
     low, high = min(mean - r, yy), max(mean + r, yy)

@@ -49,7 +49,7 @@ TRIES = 64
 
 @kernel(forceinline=True)
 def turned(z: int, nodes: Nodes, zones: Zones, tables: QuadTable, u: Array) -> tuple[float, float]:
-    """Displacement of the nodes of zone z in its own axes, and cosine and sine of its rotation.
+    """Displacement of nodes of zone z in its own axes, and cos and sin of its turn.
 
     The stiffness of a zone then is that of small strains; forces turn back by the same rotation.
 
@@ -95,7 +95,7 @@ def turned(z: int, nodes: Nodes, zones: Zones, tables: QuadTable, u: Array) -> t
 
 @kernel(forceinline=True)
 def stress_at(z: int, g: int, zones: Zones, tables: QuadTable, u: Array) -> tuple[float, float, float, float]:
-    """Stress xx, zz, xz, yy [Pa], tension positive, at stress point g of zone z, in the zone's axes.
+    """Stress xx, zz, xz, yy [Pa], tension positive, at point g of zone z, in its axes.
 
     It is that of the displacements u, shape (8,), of its nodes in its own axes [m] and of its enhanced modes, less what
     plastic strain has taken away. ``zones`` and ``tables`` are those of all zones.
@@ -191,7 +191,7 @@ def _yield(z: int, zones: Zones, tables: QuadTable, u: Array, trial: Array, plas
 
 @kernel(counted=True)
 def zone_forces(nodes: Nodes, zones: Zones, tables: QuadTable, total: Array) -> None:
-    """Add the forces of all zones to ``nodes.force`` and let their stress points yield.
+    """Add forces of all zones to ``nodes.force``; their stress points yield.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def zone_forces(nodes: Nodes, zones: Zones, tables: QuadTable, total: Array) -> 
 def met(
     k: int, nodes: Nodes, sides: Sides, contacts: SideContacts
 ) -> tuple[int, int, float, int, float, float, float, float]:
-    """Where contact point k, which stays at its place on block b, lies on its side of block a.
+    """Where contact point k of block b lies on its side of block a.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ def met(
 
 @kernel()
 def joint_forces(nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array, soft: bool, total: Array) -> None:
-    """Add the forces of all contact points to ``nodes.force``; slip, dilation and damage follow.
+    """Add forces of contact points to ``nodes.force``; slip, lift and damage follow.
 
     Parameters
     ----------

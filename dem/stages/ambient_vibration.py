@@ -1,4 +1,4 @@
-"""Ambient vibration test of a simulated structure: white noise at its base, modes from its record."""
+"""Ambient vibration test: white noise at the base, modes from the record."""
 
 from collections.abc import Sequence
 from typing import Any

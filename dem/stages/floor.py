@@ -1,4 +1,4 @@
-"""The floor under a structure in motion: what has fallen to it lies there and goes with the ground."""
+"""The floor under a structure in motion: what fell to it lies and goes with it."""
 
 import numpy as np
 
@@ -45,7 +45,7 @@ class Floor:
             self.level = float(low.min() - np.linalg.norm(np.ptp(vertices, axis=0))) + self.margin
 
     def landed(self, state: State) -> Index:
-        """Numbers of the blocks of a state that have met the floor, up to the gap at which blocks count as near."""
+        """Numbers of blocks on the floor, up to the gap at which blocks count as near."""
         bodies, assembly = state.bodies, self.assembly
         rise = bodies.shift @ self.up
         ground = rise[self.standing].mean() if self.standing.any() else 0.0
@@ -61,7 +61,7 @@ class Floor:
         return np.array(found, dtype=np.intp)
 
     def hold_landed(self, state: State, held: Flags) -> Index:
-        """Hold the blocks that have landed on the floor; their kinetic energy is lost in the impact.
+        """Hold the blocks that have landed; the impact takes their kinetic energy.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""What a simulation recorded: displacements, reactions, energies, crack openings and the state it ended in.
+"""What a simulation recorded: displacements, reactions, energies, cracks, its end.
 
 The record that shakes the ground is ``limitmason.model.base_motion``.
 """
@@ -28,6 +28,7 @@ from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_vectors
 from limitmason.model import Assembly
+from limitmason.model.relaid import of_kind
 from limitmason.model.stages import Damping
 from limitmason.storage.csv_table import Tabular
 from limitmason.storage.files import as_json, of_json, read_archive, write_archive
@@ -65,7 +66,7 @@ _ARRAYS = ("reaction", "reaction_blocks", "shift", "quaternion", *MARKS)
 
 
 class RunSettings(NamedTuple):
-    """How a run was made, for going on with it: as :func:`dem.simulate` was told, and how its stages had gone.
+    """How a run was made, as :func:`dem.simulate` was told, and how stages had gone.
 
     ``stages`` are texts by which other stages are told apart, ``status`` is how those that are over have ended and
     ``watch`` the numbers of :class:`dem.stages.resuming.Watch`, None where nobody has looked for contacts yet.
@@ -297,10 +298,12 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         return self.shift
 
     def diagram(self) -> dict[str, Any]:
-        """What ``plot()`` draws: the displacement of the block that ends farthest away [mm].
+        """What ``plot()`` draws, as arguments of ``limitmason.figures.history_curves``.
 
-        It is against the ground, over time or, in quasi-static mode, whose time counts steps, over steps.
+        The displacement of the block that ends farthest away [mm], against the ground, over time or quasi-static steps.
         """
+        if not len(self.shift):
+            raise InputError("this history has nothing recorded: there is nothing to draw")
         moved = self._against_ground()
         k = int(np.argmax(np.linalg.norm(moved[-1], axis=1)))
         against, unit = ("time", "s") if self.state.mode == DYNAMIC else ("step", "")
@@ -333,13 +336,13 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         -------
         sample, interface : numbers
         """
-        kept = [k for k, i in enumerate(self.assembly.interfaces) if kind is None or i.kind == kind]
+        kept = np.flatnonzero(of_kind(self.assembly.interfaces, kind))
         with np.errstate(invalid="ignore"):
             hit = self.opening[:, kept] >= opening
         if not hit.any():
             return None
         sample = int(np.argmax(hit.any(axis=1)))
-        return sample, kept[int(np.argmax(hit[sample]))]
+        return sample, int(kept[np.argmax(hit[sample])])
 
     @property
     def energy_error(self) -> Array:
@@ -366,7 +369,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)
 
     def kinetic_ratio_since(self, before: History) -> Array:
-        """Kinetic energy over the work since an earlier history [-], (samples,)."""
+        """Kinetic energy over the work since the end of ``before`` [-], (samples,)."""
         work = np.abs(self.scalars["applied"] - before.scalars["applied"][-1])
         work += np.abs(self.scalars["support"] - before.scalars["support"][-1])
         return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)
@@ -385,7 +388,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         return np.linalg.norm(total[:, :2], axis=1) / np.maximum(np.abs(total[:, 2]), 1e-300)
 
     def __str__(self) -> str:
-        """Status, length, how well energy is balanced, and what to know before trusting it."""
+        """Status, length, how well energy is balanced, and what to know of it."""
         return repr(self) + "".join(f"\n  note: {w}" for w in self.warnings)
 
     def __repr__(self) -> str:

@@ -1,4 +1,7 @@
-"""Factors of the load cases on the way through a stage: live loads that grow, weight that turns, loads that come on."""
+"""Factors of load cases through a stage: live loads, turning weight, slow loads.
+
+Motions that are prescribed, as that of the ground, are in ``stage_run``.
+"""
 
 import numpy as np
 
@@ -35,7 +38,7 @@ def load_factors(start: Array, part: Array, stage: Stage) -> Array:
 
 
 def _turned(here: Array, part: Array, stage: Tilt) -> Array:
-    """Factors of the weight down, along x and along y while a table turns, shape (steps, 3).
+    """Factors of weight down, along x and y while a table turns, shape (steps, 3).
 
     Parameters
     ----------

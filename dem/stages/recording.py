@@ -1,4 +1,4 @@
-"""What a run writes down: samples, energies, notes, and when it must look for contacts or stop."""
+"""What a run writes down: samples, energies, notes; when it must look or stop."""
 
 import copy
 from collections.abc import Mapping, Sequence
@@ -177,7 +177,7 @@ class Recorder:
         return True
 
     def hold_landed(self, held: Flags) -> bool:
-        """Hold the blocks that have landed since the last call and note them; True where there are any.
+        """Hold and note the blocks landed since the last call; True where there are any.
 
         Parameters
         ----------
@@ -267,7 +267,7 @@ class Recorder:
         return now | {c: float(state.total[k]) for c, k in _SUMS.items()}
 
     def start(self) -> None:
-        """Begin: real masses that stand still under loads, and contacts where blocks have moved already."""
+        """Begin: real masses at rest under loads, and contacts of blocks that have moved."""
         state = self.state
         if isinstance(self.samples, StoredSamples):
             self.samples.begin()
@@ -359,7 +359,7 @@ class Recorder:
         return row
 
     def history(self, status: RunStatus) -> History:
-        """History of all samples so far: columns, poses, joint marks, and the state to go on from.
+        """History of all samples so far, and the state to go on from.
 
         ``status`` says how the run has ended, or that it has not.
         """

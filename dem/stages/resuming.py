@@ -1,4 +1,4 @@
-"""Going on where a run ended or was cut off: what must be the same, where it stood, interrupts that wait."""
+"""Going on where a run ended or was cut off: what must agree, where it stood."""
 
 import hashlib
 import signal
@@ -87,7 +87,7 @@ class Position:
 
     @classmethod
     def from_arrays(cls, file: Archive) -> "Position | None":
-        """Inverse of :meth:`arrays`, from the file of a history; None where the run was over."""
+        """Inverse of :meth:`arrays`, from a history's file; None where the run was over."""
         found: dict[str, Any] = file.group("position")
         if not found:
             return None
@@ -98,7 +98,7 @@ class Position:
 
 
 def part_file(checkpoint: str | Path | None, name: str) -> Path | None:
-    """File of one part of a run, told by ``name``, beside the one the user named; None where none was."""
+    """File of part ``name`` of a run beside ``checkpoint``; None where that is."""
     if checkpoint is None:
         return None
     path = Path(checkpoint)
@@ -106,7 +106,7 @@ def part_file(checkpoint: str | Path | None, name: str) -> Path | None:
 
 
 def stage_as_text(value: Any) -> str:
-    """A stage, or a part of one, with all its values as text; equal stages have equal text.
+    """A stage, or a part of one, as text with its values; equal ones have equal text.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def digests(**settings: Any) -> dict[str, str]:
 
 
 def signature(assembly: Assembly, parts: Mapping[str, Iterable[NDArray[Any]]], **settings: Any) -> dict[str, str]:
-    """What a run must have in common with the one it goes on from, as a digest by name.
+    """What a run must share with the one it goes on from, as a digest by name.
 
     Parameters
     ----------
@@ -194,7 +194,7 @@ def check_same(path: Path, now: Mapping[str, str]) -> None:
 
 
 def check_continues(assembly: Assembly, state: State, loads: Loads, options: JointOptions | None) -> None:
-    """Refuse to go on from a state with another model, other joint laws or other loads that act.
+    """Refuse to go on from a state with another model, other laws or other loads.
 
     Parameters
     ----------
@@ -243,7 +243,10 @@ class Interrupt:
 
 @contextmanager
 def interrupts_wait() -> Iterator[Interrupt]:
-    """Keep an interrupt from the keyboard until the chunk of steps under way is complete, so that no state is torn."""
+    """Keep an interrupt from the keyboard until the chunk under way is complete.
+
+    So no state is torn.
+    """
     waiting = Interrupt()
     # only the main thread may say what a signal does
     if threading.current_thread() is not threading.main_thread():

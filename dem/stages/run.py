@@ -1,4 +1,4 @@
-"""Runs of blocks of any kind: stepped to their end, kept in files, stopped from outside."""
+"""Runs of blocks of any kind: stepped to their end, kept in files, stopped."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -29,22 +29,22 @@ class Run(Protocol):
 
     @property
     def where(self) -> tuple[float | None, str]:
-        """Part of it that is done, None where that cannot be told, and where it stands in words."""
+        """Part of it that is done, None where it cannot be told, and where it stands."""
 
     def begin(self) -> None:
         """Stand ready for the first chunk of steps."""
 
     def advance(self) -> Mapping[str, Any] | None:
-        """Take a chunk of steps: what was sampled at its end, by name, None where nothing was."""
+        """Take a chunk of steps: what was sampled at its end, by name, else None."""
 
     def finish(self) -> None:
         """Let go what the run has held."""
 
     def note(self, text: str) -> None:
-        """Keep what a reader must know of it."""
+        """Keep ``text``, what a reader must know of it."""
 
     def save(self, file: str | Path, status: RunStatus = RunStatus.INTERRUPTED) -> None:
-        """Write a file from which the run goes on to the same bits, or that says how it has ended."""
+        """Write a file from which the run goes on to the same bits, or how it ended."""
 
 
 @watched("time stepping")

@@ -1,4 +1,4 @@
-"""The public entry to time stepping: stages one after the other, a history, checkpoints that continue exactly."""
+"""The public entry to time stepping: stages, a history, exact checkpoints."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def simulate(
 def _gone(
     run: StageRun, *, progress: Progress | None, checkpoint: str | Path | None, every: int
 ) -> History:
-    """History of a run that has been stepped to its end; one with a store ends with a checkpoint there.
+    """History of a run that was stepped to its end, with a checkpoint in its store.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ def resume(
     checkpoint: str | Path | None = None,
     checkpoint_every: int = 20,
 ) -> History:
-    """Go on with a run that was interrupted in its stages, or killed after a checkpoint.
+    """Go on with a run that was interrupted, or killed after a checkpoint.
 
     What comes out is what the run would have given without the cut, to the last bit: the samples before it are kept.
 

@@ -1,4 +1,4 @@
-"""Stages read before a run: how long each lasts, which motions it prescribes, and what is refused of it."""
+"""Stages read before a run: their lengths and motions, and what is refused."""
 
 from collections.abc import Mapping, Sequence
 
@@ -16,7 +16,9 @@ SERVO_EVERY = 10
 
 
 def check_stages(stages: Sequence[Stage], loaded: bool) -> list[str]:
-    """Refuse what a stage may not be given, by stage and field; notes on records that end with velocity.
+    """Refuse what a stage may not be given; notes on records that end with velocity.
+
+    What is refused is told by stage and field.
 
     Parameters
     ----------
@@ -81,7 +83,7 @@ def servo_holds(stage: Stage, assembly: Assembly) -> Flags:
 
 
 def prescribed(assembly: Assembly, stages: Sequence[Stage]) -> Array:
-    """Twists that stages prescribe, of driven blocks, of the ground and of a tilting table, shape (k, 6).
+    """Twists that stages prescribe, of blocks, ground and table, shape (k, 6).
 
     Their directions alone count: they say whether a problem stays in its plane.
     """

@@ -1,4 +1,4 @@
-"""Blocks on their way through stages of loading: steps in chunks, from one sample to the next."""
+"""Blocks on their way through stages: steps in chunks, from sample to sample."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -84,7 +84,7 @@ class StageRun:
         self._open(0 if self.begun is None else self.begun.stage, self.begun)
 
     def advance(self) -> Mapping[str, Any] | None:
-        """A chunk of steps: to the next sample, which is returned, or to the next look at contacts, jacks or calm."""
+        """Steps to the next sample, or to the next look at contacts, jacks or calm."""
         try:
             return self._advance()
         except UnstableError as error:
@@ -93,7 +93,7 @@ class StageRun:
             raise
 
     def _advance(self) -> Mapping[str, Any] | None:
-        """Step to the next sample, or as far as nothing must be looked at; None without a sample."""
+        """Step to the next sample, or while nothing must be looked at; None without one."""
         self._leave()
         if self.over:
             return None
@@ -131,11 +131,11 @@ class StageRun:
             self.rec.position = None
 
     def note(self, text: str) -> None:
-        """Keep what a reader must know of it."""
+        """Keep ``text``, what a reader must know of it."""
         self.rec.notes.append(text)
 
     def save(self, file: str | Path, status: RunStatus = RunStatus.INTERRUPTED) -> None:
-        """Write a file from which the run goes on to the same bits, or that says how it has ended."""
+        """Write a file from which the run goes on to the same bits, or how it ended."""
         self._leave()  # a stage that is over is no place to go on from: the begin of the next is
         self.rec.status = self.status
         self.rec.history(status).save(file)
@@ -146,7 +146,7 @@ class StageRun:
             self._open(self.at.stage + 1, None)
 
     def _open(self, number: int, at: Position | None) -> None:
-        """Begin a stage, or go on in it where ``at`` says; one without length pauses at once.
+        """Begin a stage, or go on in it where ``at`` says; without length it pauses.
 
         Damping is the stage's own, else that of the run, else the usual one of its kind.
 
@@ -249,7 +249,7 @@ class StageRun:
         return int(np.ceil((self.duration - (state.time - self.at.begun)) / state.dt - _WHOLE))
 
     def _sample_number(self) -> int:
-        """Samples of the stage that are due by now: one every so many steps, or so many seconds."""
+        """Samples of the stage due by now: one every so many steps, or seconds."""
         if isinstance(self.sample, int):
             return self.at.done // self.sample
         return int((self.rec.state.time - self.at.begun) / self.sample + _WHOLE)
@@ -292,7 +292,7 @@ class StageRun:
         return load_factors(at.factors, part, self.stage)
 
     def _speeds(self, count: int, waits: bool) -> Array:
-        """Factors of the prescribed twists in each of the next steps, in their order, shape (count, d).
+        """Factors of the prescribed twists in each of the next steps, shape (count, d).
 
         Parameters
         ----------
@@ -359,6 +359,7 @@ class _Jack:
 
         Parameters
         ----------
+        block, servo : on which it stands, and the push that it is to give
         learnt : gain over stiffness [m/N], 0 where the jack begins, and summed lack [N], changed as it learns; (2,)
         """
         self.block, self.force, self.gain = assembly.block_index(block), servo.force, servo.gain
@@ -370,11 +371,11 @@ class _Jack:
             learnt[0] = servo.gain / stiffness
 
     def lacking(self, state: State) -> float:
-        """Force wanted less the push in the last step [N], both downwards."""
+        """Force wanted less the push of the last step of ``state`` [N], both downwards."""
         return float(self.force - state.bodies.net[self.block, 2])
 
     def velocity(self, state: State, steps: int) -> float:
-        """Downward velocity for the next ``steps`` [m/s], as :class:`limitmason.model.stages.Servo` says."""
+        """Downward velocity for the next ``steps`` [m/s], by the rule of ``Servo``."""
         off = self.lacking(state)
         # out of contact all of the force is lacking, and there is nothing to learn a speed from
         self.learnt[1] = self.learnt[1] + steps * off if off < self.force else 0.0

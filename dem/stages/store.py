@@ -1,4 +1,4 @@
-"""A run's samples, column by column: in memory, or in a folder of binary files that are read without being loaded."""
+"""A run's samples, column by column: in memory, or in files read where needed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LAYOUT, CHECKPOINT = "layout.json", "checkpoint.npz"
 
 @dataclass(frozen=True)
 class Store:
-    """Folder in which a simulation keeps its samples, so that a history of any length takes no memory.
+    """Folder of the samples of a simulation: a history of any length takes no memory.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Samples:
             values.append(entry[name])
 
     def take_up(self, arrays: Mapping[str, Any]) -> None:
-        """Go on with the samples of a run before, from arrays as :meth:`arrays` gives them."""
+        """Go on with the samples of a run before, from arrays as of :meth:`arrays`."""
         self.columns = {name: list(arrays[name]) for name in self.columns}
 
     def arrays(self) -> dict[str, Any]:
@@ -156,7 +156,7 @@ class StoredSamples(Samples):
         self.begin()
 
     def arrays(self) -> dict[str, Any]:
-        """All samples of every column, shape (samples, ...), read from the files where they are looked at."""
+        """All samples of every column, shape (samples, ...), read where looked at."""
         # a column of no samples, or of entries without numbers, has an empty file, which cannot be mapped
         return {
             name: np.memmap(self._file(name), "<f8", "r", shape=(self.count, *shape))
@@ -165,9 +165,9 @@ class StoredSamples(Samples):
         }
 
     def _file(self, name: str) -> Path:
-        """File of a column."""
+        """File of the column of a name."""
         return self.folder / f"{name}.f8"
 
     def _row(self, name: str) -> int:
-        """Bytes of a sample of a column."""
+        """Bytes of a sample of the column of a name."""
         return 8 * int(np.prod(self.shapes[name], dtype=np.int64))

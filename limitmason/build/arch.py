@@ -41,7 +41,7 @@ def arch(
     voussoirs: int,
     joint: Joint,
     radius: float | None = None,
-    angle_deg: float = 180.0,
+    angle_deg: float | None = None,
     span: float | None = None,
     rise: float | None = None,
     shape: str = "circular",
@@ -63,7 +63,7 @@ def arch(
     voussoirs
         Their number; odd numbers have a keystone. A pointed arch needs an even number.
     radius, angle_deg
-        Radius of the centre line [m] and angle of embrace [deg], above 0 and below 330; or
+        Radius of the centre line [m] and angle of embrace [deg], above 0 and below 330, default 180; or
     span, rise
         of the centre line, springing to springing and springing to crown [m].
     shape
@@ -94,8 +94,8 @@ def arch(
     number = count("voussoirs", voussoirs)
     depth = positive("thickness", thickness)
     if shape == "pointed":
-        if radius is not None or span is None or rise is None:
-            raise InputError("a pointed arch is given by span and rise, not by radius")
+        if radius is not None or angle_deg is not None or span is None or rise is None:
+            raise InputError("a pointed arch is given by span and rise, not by radius and angle_deg")
         inner, outer, facts = _pointed(positive("span", span), positive("rise", rise), depth, number)
     else:
         r, angle = circle(radius, angle_deg, span, rise)

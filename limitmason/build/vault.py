@@ -36,7 +36,7 @@ def vault(
     length: float | None = None,
     projection: float | None = None,
     radius: float | None = None,
-    angle_deg: float = 180.0,
+    angle_deg: float | None = None,
     span: float | None = None,
     rise: float | None = None,
     density: float = 2000.0,
@@ -108,7 +108,8 @@ def vault(
             raise InputError("length is for barrel vaults: the bay of a groin vault follows from span and projection")
         # the bay is measured at the springings, which must be the widest part of the section
         if angle > math.pi + _ROUNDING:
-            raise InputError(f"a groin vault needs an angle of embrace of 180 degrees or less, got {angle_deg!r}")
+            got = math.degrees(angle)
+            raise InputError(f"a groin vault needs an angle of embrace of 180 degrees or less, got {got:g}")
         beyond = depth if projection is None else positive("projection", projection)
         recipe["bay"] = 2.0 * (float(np.abs(outer[[0, -1], 0]).max()) + beyond)
         _groin(site, outlines, feet, 0.5 * recipe["bay"], unit)

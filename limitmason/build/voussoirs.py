@@ -12,6 +12,7 @@ import numpy as np
 from limitmason.checks import finite, positive
 from limitmason.errors import InputError
 
+_SEMICIRCLE_DEG = 180.0
 _WIDEST_DEG = 330.0  # angle of embrace, chosen: beyond it the springings of a nearly closed ring come together
 _STANDS_OUT = 0.25  # of the joint's length, chosen: how far a held block reaches beyond either end of a springing
 _DUST = 1e-12  # of the thickness: coordinates below it are rounding of zero
@@ -20,20 +21,22 @@ _DUST = 1e-12  # of the thickness: coordinates below it are rounding of zero
 def circle(radius: object, angle_deg: object, span: object, rise: object) -> tuple[float, float]:
     """Radius [m] and angle of embrace [rad] of the centre line.
 
-    Whichever pair is given says them.
+    Whichever pair is given says them; what is not given is None.
 
     Parameters
     ----------
-    radius, angle_deg : of the centre line [m], [deg]; or
-    span, rise : springing to springing, and springing to crown [m]; what is not given is None
+    radius, angle_deg : of the centre line [m], [deg], a semicircle where no angle is given; or
+    span, rise : springing to springing, and springing to crown [m]
     """
     if (span is None) != (rise is None) or (radius is None) == (span is None):
         raise InputError("give radius (and angle_deg), or both span and rise")
     if radius is not None:
-        angle = finite("angle_deg", angle_deg)
+        angle = finite("angle_deg", _SEMICIRCLE_DEG if angle_deg is None else angle_deg)
         if not 0.0 < angle < _WIDEST_DEG:
             raise InputError(f"angle_deg must be above 0 and below {_WIDEST_DEG:g}, got {angle_deg!r}")
         return positive("radius", radius), math.radians(angle)
+    if angle_deg is not None:
+        raise InputError(f"angle_deg goes with radius; span and rise say the angle of embrace, got {angle_deg!r} too")
     half, height = positive("span", span) / 2.0, positive("rise", rise)
     # seen from a springing the crown stands at a quarter of the angle of embrace
     angle = 4.0 * math.atan2(height, half)

@@ -123,8 +123,8 @@ def wall(
         Laws by kind ("bed", "head", "base") or by pair of block names, as `Assembly.from_polyhedra` takes them.
     unit_cracks
         Law of a potential crack across the middle of every unit along its length, a joint of kind "crack" between
-        "facade-03-05-a" and "facade-03-05-b"; pieces shorter than three quarters of a unit, held units, lintels and
-        beams stay whole. Other planes: :func:`limitmason.build.with_potential_cracks`.
+        "facade-03-05-a" and "facade-03-05-b"; pieces shorter than three quarters of a unit, held units, lintels,
+        soldiers and beams stay whole. Other planes: :func:`limitmason.build.with_potential_cracks`.
     tolerance
         Gap or overlap up to which faces count as touching [m], as `Assembly.from_polyhedra` takes it.
 
@@ -225,14 +225,14 @@ def _with_unit_cracks(site: Site, built: Assembly, cracks: object, shortest: flo
 
     Parameters
     ----------
-    site : whose names tell units from lintels and beams
+    site : whose names tell units from lintels, soldiers and beams
     built : the wall
     cracks : law of the cracks, checked here
     shortest : pieces shorter than this stay whole [m]
     """
     if not isinstance(cracks, Joint):
         raise InputError(f"unit_cracks must be the law of the cracks, a Joint, got {cracks!r}")
-    may_crack = [n for n in site.names if n.startswith(("facade", "return")) and n not in site.fixed]
+    may_crack = [n for n in site.names if n.startswith(("facade", "return", "rear")) and n not in site.fixed]
     return with_potential_cracks(built, unit_crack_planes(built, may_crack, shortest), cracks)
 
 

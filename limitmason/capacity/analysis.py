@@ -283,13 +283,16 @@ def followed_in(
 def _framed(
     assembly: Assembly, points: ContactPoints, kn: Array, ks: Array, misfit: Array | None, firm: Index | None
 ) -> tuple[ContactPoints, PathContacts]:
-    """Points and first contacts with frames carried by the firmer block, or without ``firm`` by block a, as in the DEM.
+    """Points and first contacts, with frames carried by the firmer of two blocks.
+
+    Without ``firm`` they are carried by block a, as in the DEM. Tension counts as in the DEM too: ft beyond the apex of
+    the cone is not cut.
 
     Parameters
     ----------
-    kn, ks : stiffness of every interface [Pa/m]
-    misfit : what joints have to close of every point, as of :func:`first_contacts`; None for none
-    firm : rank of every block, shape (n,)
+    kn, ks : stiffness of every interface [Pa/m], shape (k,)
+    misfit : what joints have to close of every point, as of :func:`first_contacts` [m], shape (m, c); None for none
+    firm : rank of every block, the higher the firmer, shape (n,); None as above
     """
     law, softens = interface_law(assembly.arrays, convex=False), softening_by_plastic_slip(assembly, kn, ks)
     first = first_contacts(points, law, kn, ks, misfit, softens)

@@ -158,7 +158,12 @@ def freed(
     linear: tuple[Array, ...], aim: float, second: bool,
     first: tuple[Array, ...], steps: tuple[Array, Array, Array],
 ) -> None:
-    """Write steps of forces and slips, (m, c), and of gaps, per row, in a pose that is held.
+    """Write steps of forces, slips and gaps in a pose that is held.
+
+    Both products are linearised and aimed at ``aim``: spare d(given) + given d(spare) = aim - spare given, and cone o
+    d(slid) + slid o d(cone) = (aim, 0) - cone o slid. Here x o y = (x . y, x0 y' + y0 x'), cone is (k, T) and slid is
+    (g, slip). With forces held d(spare) = -lacks and d(cone) = (-cone_off, 0): hence the plus before both below. Forces
+    follow from the displacements that the springs then lack.
 
     Parameters
     ----------
@@ -166,10 +171,10 @@ def freed(
     tan_psi : dilatancy of every point, shape (m,)
     row, sign : point and sense of every row of spare strength, shapes (r,)
     state, linear : as in :func:`linearised`
-    aim : product that is aimed at
+    aim : product that is aimed at, of spare strength and opening, and of the cone of friction and the slip
     second : whether the products of a first step are taken off: Mehrotra's corrector
-    first : that first step, laid out as ``state``
-    steps : written: forces, (m, c), (g, slip), (m, c), and openings or crushings, (r,)
+    first : that first step, laid out as ``state``: from 1 on cone, slid, spare and given
+    steps : written: forces, (m, c), (g, slip), (m, c), and openings or crushings as ``given``, (r,)
     """
     force, slip, gap = steps
     _, cone, slid, spare, given = state

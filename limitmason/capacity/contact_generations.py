@@ -162,8 +162,8 @@ class Generations:
     def until_landed(self, before: Node, after: Node) -> float:
         """Share of a step in which no open point comes to lie deep in a face [-].
 
-        It is 1.0 where the whole step is free of that. In a longer step blocks would pass through each other before
-        contacts are looked for.
+        It is 1.0 where the whole step is free of that, and never below ``LEAST``, even where a point lands sooner. In a
+        longer step blocks would pass through each other before contacts are looked for.
 
         Parameters
         ----------
@@ -184,8 +184,8 @@ class Generations:
     def until_off(self, before: Node, after: Node) -> float:
         """Share of a step in which no point that bears runs off its face by more than a few overshoots [-].
 
-        It is 1.0 where none does in the whole step. What a point meets beyond the edge, and what it then carries, is
-        found at the end of a step only.
+        It is 1.0 where none does in the whole step, and never below ``LEAST``. What a point meets beyond the edge, and
+        what it then carries, is found at the end of a step only.
 
         Parameters
         ----------

@@ -1,6 +1,7 @@
 """All causes: by name, as a list for a study, and as a table.
 
-Made from their declarations.
+It is made from their declarations in ``joints``, ``faces``, ``shape``, ``loads`` and ``measurement``. Sizes that are
+tried, ``bounds``, stand there.
 """
 
 from __future__ import annotations

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from limitmason.arrays import Array
 from limitmason.build.variants import displaced, resized, with_density_factor, with_part_of_thickness
 from limitmason.causes.declare import Model, declare
 from limitmason.causes.elastic import elastic_displacements
@@ -14,6 +15,7 @@ from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.model import Assembly, Loads, Material
+from limitmason.model.interface import COS_45
 
 ROUNDS = 30  # of the secant method for the multiplier at which blocks stand displaced
 
@@ -100,22 +102,43 @@ def block_density(factor: float, assembly: Assembly, loads: Loads, *, blocks: Se
     source="statics", isolate="look behind the render; knock, or a thermogram",
     hidden_when="the unit is no part of what moves; in plane only its weight is missed",
 )
-def missing_unit(share: float, assembly: Assembly, loads: Loads, *, unit: str | None = None) -> Model:
+def missing_unit(
+    share: float, assembly: Assembly, loads: Loads, *, unit: str | None = None, direction: Direction | None = None
+) -> Model:
     """A unit of which a share [-] is missing, over its whole face and from both sides of the wall.
 
     Parameters
     ----------
     unit : its name; None is the free one nearest to the middle of the structure
+    direction : across the wall that it stands in; None for what its length and its joints say
     """
     if unit is None:
         middle = np.linalg.norm(assembly.centroids - assembly.centroids.mean(axis=0), axis=1)
         unit = assembly.blocks[int(np.argmin(np.where(assembly.held.all(axis=1), np.inf, middle)))].name
     k = assembly.block_index(unit)
     light, lighter = block_density(blocks=(unit,)).apply(1.0 - share, assembly, loads)  # type: ignore[misc]
-    thin = with_part_of_thickness(light, 1.0 - share).interfaces
+    across = _across_the_wall(assembly, k) if direction is None else direction
+    thin = with_part_of_thickness(light, 1.0 - share, across).interfaces
     laid = zip(light.interfaces, thin, strict=True)
     changed = [there if k in (i.block_a, i.block_b) else i for i, there in laid]
     return light.with_interfaces(changed), lighter
+
+
+def _across_the_wall(assembly: Assembly, k: int) -> Array:
+    """Horizontal unit vector across the wall in which a unit stands, shape (3,).
+
+    A header has upright joints along its length and none at its ends: the wall runs across it. Any other unit lies
+    along the wall. One without a laid direction, or laid on end, is taken to stand in a wall along x.
+
+    ``k`` is the number of the unit.
+    """
+    axis, x = assembly.blocks[k].axis, assembly.arrays
+    if axis is None or abs(axis[2]) > COS_45:
+        return np.array([0.0, 1.0, 0.0])
+    normals = x.normal[(x.block_a == k) | (x.block_b == k)]
+    upright = normals[np.abs(normals[:, 2]) < COS_45]
+    header = len(upright) > 0 and bool((np.abs(upright @ axis) < COS_45).all())
+    return np.asarray(axis if header else np.cross((0.0, 0.0, 1.0), axis))
 
 
 @declare(

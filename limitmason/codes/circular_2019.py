@@ -1,6 +1,8 @@
 """Verdict on a local mechanism after the Italian Circular of 2019, C8.7.1.2.1.
 
-Shear strength of piers is in ``limitmason.mechanics.pier_strength``. The tables of materials are not in the package.
+Acceleration and displacement of a mechanism are computed in :mod:`limitmason.codes.mechanism_capacity`, spectra in
+:mod:`limitmason.codes.spectra`. Shear strength of piers is in ``limitmason.mechanics.pier_strength``. The tables of
+materials are not in the package.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ STATES = ("SLD", "SLV", "SLC")
 _WEIGHED = 1e-3  # relative: live loads are the weight if their sum is, up to the digits of a drawing; chosen
 _AT_REST = 1e-9  # of the largest displacement: a control that moves less does not move
 _OTHER_SHARE = 0.01  # relative difference of e* by bodies and by stones from which a warning tells it; chosen
-_TURNING = 1e-6  # of the largest velocity: blocks that turn by less do not turn
+_TURNING = 1e-6  # of the largest velocity: blocks that turn by less over their size do not turn; chosen
 _PARALLEL = 0.05  # of the turns along their main axis: turns across it from which axes are not parallel; chosen
 
 
@@ -187,10 +189,11 @@ def assess(
         delta = np.array([weight[g] @ moved[g] for g in groups]) / np.where(pushed > 0.0, pushed, 1.0)
         found_of = capacity_of(pushed, delta, at_control, found.collapse_multiplier, path, spectra, confidence_factor)
         readings.append(found_of)
+    notes = _warnings(twists, np.cbrt(assembly.volumes), readings)
     return Assessment(
         multiplier=float(found.collapse_multiplier), bodies=readings[0], stones=readings[1],
         confidence_factor=confidence_factor, structure=assembly, loads=loads, prediction=found, spectra=spectra,
-        curve=None if path is None else Curve(*path, load_unit="-"), warnings=_warnings(twists, readings),
+        curve=None if path is None else Curve(*path, load_unit="-"), warnings=notes,
     )
 
 
@@ -231,12 +234,13 @@ def _spectra(spectrum: Spectrum | Mapping[str, Spectrum]) -> dict[str, Spectrum]
     return given
 
 
-def _warnings(twists: Array, readings: Sequence[Capacity]) -> tuple[str, ...]:
+def _warnings(twists: Array, size: Array, readings: Sequence[Capacity]) -> tuple[str, ...]:
     """Where readings by bodies and by blocks differ, and where blocks turn about several axes.
 
     Parameters
     ----------
-    twists : of every block, shape (n, 6)
+    twists : of every block [m/s, rad/s], shape (n, 6)
+    size : of every block [m], by which its turn is a velocity, shape (n,)
     readings : by bodies, and by stones
     """
     out = []
@@ -247,7 +251,8 @@ def _warnings(twists: Array, readings: Sequence[Capacity]) -> tuple[str, ...]:
             f"e* is {bodies.mass_share:.3f} of {count} and {stones.mass_share:.3f} of {stones.bodies} "
             "stones; the text asks for the bodies"
         )
-    turns = twists[np.linalg.norm(twists[:, 3:], axis=1) > _TURNING * np.abs(twists).max(), 3:]
+    turning = np.linalg.norm(twists[:, 3:], axis=1) * size
+    turns = twists[turning > _TURNING * max(np.abs(twists[:, :3]).max(), turning.max()), 3:]
     # singular values: turns of all blocks along their main axis, and across it
     along, *across = np.linalg.svd(turns)[1] if len(turns) else (0.0,)
     if max(across, default=0.0) > _PARALLEL * along:

@@ -1,4 +1,4 @@
-"""Diagnosis: what a simulation gets wrong, named with its size, or an honest "the data cannot tell".
+"""Diagnosis: what a simulation gets wrong, named with its size, or not to be told.
 
 A bootstrap confidence set of physical causes. It works for any ``simulate(specimen, **parameters)`` that returns a
 positive prediction of what was measured; see :class:`Study`.

@@ -1,4 +1,4 @@
-"""Words of a diagnosis on what it rests: noise that is shared or was not stated, the basis, trends."""
+"""Words on what a diagnosis rests on: noise shared or unstated, basis, trends."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ def enumerated(words: Sequence[str]) -> str:
 
 
 def what_is_shared(diagnosis: Findings) -> list[str]:
-    """Sentences on the noise that tests share: which share within which column was estimated."""
+    """Sentences on the noise that tests share: which share within which column."""
     shares = diagnosis.shares
     if not shares.estimated:
         return []
@@ -26,7 +26,7 @@ def what_is_shared(diagnosis: Findings) -> list[str]:
 
 
 def what_is_unstated(diagnosis: Findings) -> list[str]:
-    """An alarm held against noise that tests share unstated: it stands, or is withheld.
+    """An alarm held against noise shared unstated: it stands, or is withheld.
 
     It is empty where there is none.
     """
@@ -46,7 +46,7 @@ def what_is_unstated(diagnosis: Findings) -> list[str]:
 
 
 def basis(diagnosis: Findings) -> list[str]:
-    """What the verdict rests on: noise, measured inputs with their refit, groups, and twins on this design."""
+    """What the verdict rests on: noise, measured inputs, groups, and twins."""
     verdict = diagnosis.verdict
     noise = f"Noise of the measured values: {diagnosis.noise}"
     if diagnosis.noise_sd is not None:
@@ -83,7 +83,7 @@ def basis(diagnosis: Findings) -> list[str]:
 
 
 def trend_words(diagnosis: Findings) -> list[str]:
-    """The covariate that the residuals of the baseline vary with, or empty where there is none."""
+    """The covariate that the baseline's residuals vary with, or empty without one."""
     if not diagnosis.covariate:
         return []
     trend = diagnosis.verdict.trend

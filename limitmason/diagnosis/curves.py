@@ -1,4 +1,4 @@
-"""Measured curves as rows of a study: features with their uncertainty, or loads that count as few points as they are.
+"""Measured curves as rows of a study: features with errors, or loads at points.
 
 Neighbouring points of a curve share their errors (gap, slack, drift of a sensor, machine stiffness): 200 points are not
 200 witnesses. How many they are is estimated from how the specimens' deviations go together along the curve.
@@ -23,7 +23,7 @@ _BESIDE = 0.25  # of the spacing of points, to either side of one, over which it
 
 
 def features(specimen: Any, curve: Curve, *, load_error: float, displacement_error: float) -> list[Observation]:
-    r"""Peak, stiffness, drift at the peak and residual of a measured curve, each with what its errors make of it.
+    r"""Peak, stiffness, drift at the peak and residual of a curve, with their errors.
 
     The stiffness is that between 10 and 40 % of the peak, over a difference of displacements d: its relative error is
     :math:`\sqrt{2 l^2 + 2 (e / d)^2}` by the errors l and e of the columns. The drift at the peak is known no better
@@ -76,7 +76,7 @@ def points(
     displacement_error: float,
     count: int = 8,
 ) -> tuple[list[Observation], float]:
-    """Loads at evenly spaced displacements of measured curves, and how many independent points of one curve they are.
+    """Loads at evenly spaced displacements, and how many of a curve are independent.
 
     A load's relative error is that of the load cell and that of the displacement times the slope. Of each curve as many
     points are kept, evenly spaced to its end, as it has effective ones; what these still share within a specimen the
@@ -101,7 +101,7 @@ def points(
     """
 
     def read(curve: Curve, some: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Displacements, loads and relative errors of ``some`` points of a curve, evenly spaced."""
+        """Displacements, loads and relative errors of ``some`` evenly spaced points."""
         x = np.linspace(0.0, curve.displacement.max(), some + 1)[1:]
         # the slope carries an error of the displacement over to the load
         step = _BESIDE * x[0]
@@ -129,14 +129,16 @@ def points(
 
 
 def _refuse_other_way(specimen: Any, curve: Curve) -> None:
-    """Refuse a ``curve`` of negative displacements and loads: predictions are those of a push the one way."""
+    """Refuse a ``curve`` of negative displacements and loads: pushes go one way."""
     if curve.peak.load < 0.0:
         mirrored = f"curve.in_units({curve.displacement_unit!r}, -1.0, {curve.load_unit!r}, -1.0)"
         raise InputError(f"the curve of specimen {specimen!r} is pushed the other way: give {mirrored}")
 
 
 def effective_points(deviations: np.ndarray) -> float:
-    r"""Independent points that a curve is worth, (tr S)^2 / tr S^2 with S the covariance of deviations along it.
+    r"""Independent points that a curve is worth, (tr S)^2 / tr S^2.
+
+    S is the covariance of deviations along it.
 
     Both traces are estimated without bias for normal deviations, with C their covariance in the sample and m its
     degrees of freedom: :math:`E\,tr C^2 = (1 + 1/m) tr S^2 + (tr S)^2 / m`, :math:`E (tr C)^2 = (tr S)^2 + 2 tr S^2/m`.

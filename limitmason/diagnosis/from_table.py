@@ -1,4 +1,4 @@
-"""The arguments of a study out of a table of measured values: simulator, noise, covariates, units, default causes."""
+"""The arguments of a study out of a table of measured values."""
 
 import hashlib
 import sys
@@ -41,7 +41,9 @@ LEVELS = {True: 17, False: 9}  # of sizes, by whether the predictions stand in t
 
 @dataclass(frozen=True)
 class PredictedColumn:
-    """A simulator out of a table: the predicted column, on the way towards others by the size of each cause.
+    """A simulator out of a table: the predicted column, moved by each cause.
+
+    It is on the way towards other columns by the size of a cause.
 
     log p = log p0 + sum over columns of size (log p_k - log p0)
     """
@@ -137,7 +139,7 @@ class TableStudy:
 
     @cached_property
     def series(self) -> str | None:
-        """The packaged series that the model names, or None for a function and for no model."""
+        """The packaged series that the model names, or None for a function or no model."""
         model = self.model
         if isinstance(model, str):
             series = series_of(model)
@@ -288,7 +290,7 @@ class TableStudy:
         return [causes.gain(), rig] + ([causes.angle_offset()] if tilting else []) + shifts
 
     def _standard(self, *, plane: bool) -> list[Cause]:
-        """The standard list for a packaged series, with the causes in the measurement of this table."""
+        """The standard list for a packaged series, with causes in the measurement."""
         outside = self._outside(self.tilting)
         columns = [c for c in self.batches or self.data.columns if c in DELIVERED]
         overload = overloaded(str(self.inside), self.data.rows)
@@ -306,7 +308,7 @@ class TableStudy:
         return sorted(set(values), key=lambda v: (-values.count(v), str(v)))[1:]
 
     def _chosen(self) -> list[Cause]:
-        """The list: the user's causes, those named out of what is known here, or all of that."""
+        """The list: the user's causes, those named of what is known, or all of that."""
         known = self._offered()
         if self.causes is None:
             return known
@@ -327,7 +329,7 @@ class TableStudy:
 
 
 def pool_rows(pool: str | Path | MeasuredTable, covariates: Iterable[str], simulate: Any) -> list[dict[str, Any]]:
-    """Specimens of a table that could be tested next, checked for what the study needs of them.
+    """Specimens of a table that could be tested next, checked for what is needed.
 
     Parameters
     ----------
@@ -349,14 +351,17 @@ def _read(table: str | Path | MeasuredTable) -> MeasuredTable:
 
 
 def version_of(simulate: Any) -> str:
-    """What makes simulated values on disk obsolete: another version of this package, an edit of the user's module."""
+    """What makes stored values obsolete: another version, an edit of the module.
+
+    The version is that of this package, the module the user's.
+    """
     source = getattr(sys.modules.get(getattr(simulate, "__module__", "")), "__file__", None)
     own = isinstance(simulate, Collapse | PredictedColumn)
     return VERSION if own or source is None else hashlib.sha256(Path(source).read_bytes()).hexdigest()[:16]
 
 
 def _towards(column: str) -> Cause:
-    """Cause that moves the predictions towards those of another model, a column of the table."""
+    """Cause that moves predictions towards those of another model, a column."""
     return Cause(
         name=f"towards {column}", parameter=_keyword(column), baseline=0.0, bounds=(0.0, 1.0),
         physics=f"share of the way from the predictions to {column}",

@@ -1,4 +1,4 @@
-"""A study from data to report: diagnosed, rehearsed where asked for, and what to test next."""
+"""A study from data to report: diagnosed, rehearsed, and what to test next."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What was measured on the specimens: one row per number, with its quantity, kind, error and scale."""
+"""What was measured: one row per number, with quantity, kind, error and scale."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ SIGNED = ("mode", "residual displacement")  # quantities that may be negative: c
 
 
 def _begins(quantity: str, words: Iterable[str]) -> bool:
-    return any(quantity.lower().startswith(word) for word in words)
+        return any(quantity.lower().startswith(word) for word in words)
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ class Observation:
 
     @property
     def compared(self) -> tuple[float, float | None]:
-        """Value and scatter as they are compared: of what is seen or not, corrected for its chance to be misread."""
+        """Value and scatter as compared: what is seen or not, corrected for misreading."""
         if self.scatter is None or not self.seen:
             return self.value, self.scatter
         keep = 1.0 - 2.0 * self.scatter
@@ -283,7 +283,7 @@ class Rows:
         return replace(self, values=frozen(out))
 
     def on(self, count: int) -> Rows:
-        """The quantities of these rows, and those planned, on each of ``count`` other specimens, nothing measured."""
+        """Rows of ``count`` other specimens, planned quantities too, nothing measured."""
         kinds = dict(zip(self.quantities, self.kinds, strict=True)) | {q: k for q, (k, _, _) in self.planned.items()}
         logs = self.needed | {q: log for q, (_, log, _) in self.planned.items()}
         return Rows(
@@ -292,7 +292,7 @@ class Rows:
         )
 
     def linked(self, values: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
-        """Predictions on the scale on which they are compared: cut, logarithms or as they are.
+        """Predictions on the scale of comparison: cut, logarithms or as they are.
 
         Rows run along the last axis.
 
@@ -307,7 +307,7 @@ class Rows:
         return linked(values, self.log[rows])
 
     def spread_out(self, name: str, column: Sequence[Any], specimens: int) -> list[Any]:
-        """A column with one entry per row, from one per row or per each of so many ``specimens``.
+        """A column with an entry per row, from one per row or per each of ``specimens``.
 
         Raises
         ------
@@ -344,7 +344,7 @@ class Rows:
 
 
 def _within(inside: Sequence[bool], column: Sequence[Any]) -> list[Any]:
-    """A column where some rows are told apart only: all others have its mean, or one label of their own.
+    """A column where only some rows are told apart; others have its mean, or a label.
 
     Parameters
     ----------
@@ -358,7 +358,7 @@ def _within(inside: Sequence[bool], column: Sequence[Any]) -> list[Any]:
 
 
 def linked(values: np.ndarray, log: np.ndarray) -> np.ndarray:
-    """Logarithms of some columns, the others as they are."""
+    """Logarithms of the columns that ``log`` tells, shape (n,); others as they are."""
     return np.log(values) if log.all() else np.where(log, np.log(np.where(log, values, 1.0)), values)
 
 
@@ -376,7 +376,7 @@ def frozen(values: np.ndarray) -> np.ndarray:
 def covariates_of(
     given: Iterable[str] | Mapping[str, Sequence[Any]], specimens: Sequence[Any], rows: Rows
 ) -> dict[str, list[Any]]:
-    """Values of every covariate per row, read from the specimens by name or as they are given.
+    """Values of every covariate per row, from the specimens by name, or as given.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Specimens that stand out of the rest: which, by how much, what they share, and whether they carry the verdict."""
+"""Specimens that stand out: which, by how much, and if they carry the verdict."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SHARED = 0.05  # the same for what they share, over all recorded columns
 
 @dataclass(frozen=True)
 class Outliers:
-    """Specimens whose residuals noise alone does not make, the best explanation fitted.
+    """Specimens whose residuals noise does not make, with the best explanation.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def outliers(diagnosis: Findings) -> Outliers | None:
     count = inside.sum(axis=1)
 
     def size(r: np.ndarray) -> np.ndarray:
-        """(sum r^2 - k) / sqrt(2 k) of every specimen, from residuals of all rows, shape (..., specimens)."""
+        """(sum r^2 - k) / sqrt(2 k) of specimens, from residuals, (..., specimens)."""
         return (r**2 @ inside.T - count) / np.sqrt(2.0 * count)
 
     drawn = size(diagnosis.draws.errors)
@@ -71,7 +71,7 @@ def outliers(diagnosis: Findings) -> Outliers | None:
 
 
 def _shared(columns: Mapping[str, Sequence[Any]], out: np.ndarray) -> str:
-    """What those that stand out share, where chance would choose it in one of ``1 / SHARED`` studies at most.
+    """What those that stand out share, where chance would in ``1 / SHARED`` at most.
 
     A label, or all values of a number on one side of those of most others. Empty where one specimen stands out.
 
@@ -98,7 +98,7 @@ def _shared(columns: Mapping[str, Sequence[Any]], out: np.ndarray) -> str:
 
 
 def outlier_words(diagnosis: Findings) -> list[str]:
-    """Which specimens stand out, by how much, and what they share; empty where none does."""
+    """Which specimens stand out, by how much, and what they share, or empty."""
     found = outliers(diagnosis)
     if found is None:
         return []

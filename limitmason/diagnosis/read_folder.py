@@ -1,4 +1,4 @@
-"""The arguments of a study out of a folder of CSV files: specimens, what was measured on them, and how well.
+"""The arguments of a study out of a folder of CSV files.
 
 ``specimens.csv`` has one row per specimen: "specimen", its name, and covariates. ``measured.csv`` has "specimen" and a
 column per quantity; a blank cell is a missing value, "> 20" one that was not reached. Columns such as "opened a|b" hold
@@ -234,7 +234,7 @@ def _values(
 
 
 def _readings(specimens: MeasuredTable) -> list[Cause]:
-    """Causes in the measurement, which need no model: a gain, and labels that another gain may have read."""
+    """Causes in the measurement, without a model: a gain, labels of another gain."""
     out = [catalogue.gain()]
     for column in (b for b in BATCHES if b in specimens.columns):
         values = list(specimens.columns[column])
@@ -244,7 +244,7 @@ def _readings(specimens: MeasuredTable) -> list[Cause]:
 
 
 def write_folder(folder: str | Path) -> Path:
-    """Write an example of the four files: twelve stacks with peak, stiffness and frequency, one cell missing.
+    """Write an example of the four files: twelve stacks, one cell missing.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Blind trials on the user's own design: how often the rule would name, confuse or miss each cause."""
+"""Blind trials on the user's own design: how often the rule names or misses."""
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -156,7 +156,7 @@ def rehearse(
     pairs: bool = True,
     progress: Callable[[str], None] | None = None,
 ) -> Rehearsal:
-    """Hide nothing (one trial in four) or a cause of random size, draw noise and inputs, and apply the rule.
+    """Hide nothing (one in four) or a cause of random size, draw, and apply the rule.
 
     Sizes are uniform between the smallest that is seen nine times in ten and the bound (the bound itself where none
     is). The hidden cause uses the same tables as the rule: this measures the statistics, not the physics.

@@ -1,4 +1,4 @@
-"""A diagnosis as it is handed out: its report as text, the table of its causes, its record as JSON can hold it."""
+"""A diagnosis as it is handed out: report as text, table of causes, record."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COLLINEAR = 0.9  # correlation at which two covariates cannot be held apart
 
 
 class Asked(Protocol):
-    """A study, as far as its answers ask it: what it is about, and which tests come next."""
+    """A study, as far as its answers ask it: what it is about, and tests to come."""
 
     @property
     def about(self) -> About:
@@ -148,7 +148,7 @@ class Diagnosis(Findings):
         return lines
 
     def state_of(self, names: tuple[str, ...]) -> str:
-        """What became of the explanation by these causes together: "kept", "rejected: ..." or "not tested".
+        """What became of an explanation: "kept", "rejected: ..." or "not tested".
 
         An explanation is kept unless one of its p values falls below the threshold of the rule. One without p values
         was not tested.
@@ -242,7 +242,7 @@ class Diagnosis(Findings):
         }
 
     def next_tests(self, pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None) -> NextTests:
-        """Specimens of a pool that would tell the kept causes apart best, or identify the one that is left.
+        """Specimens of a pool that would tell the kept causes apart, or identify one.
 
         Parameters
         ----------
@@ -261,10 +261,11 @@ class Diagnosis(Findings):
 
 
 def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
-    """What the verdict hangs on: the same data under other statements of the noise and without single specimens."""
+    """What the verdict hangs on, by other statements and single specimens."""
     out: list[str] = []
 
     def is_same(answer: CheckedVerdict) -> bool:
+        """Whether a verdict has the kind and the causes of the diagnosis."""
         return answer.kind == _as_one_kind(diagnosis) and set(answer.causes) == set(diagnosis.causes)
 
     if diagnosis.noise.kind != "unknown":
@@ -293,7 +294,7 @@ def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
 
 
 def _as_one_kind(diagnosis: Findings) -> str:
-    """The kind, with "behaves like" as what would be said if names need not be identified."""
+    """The kind, "behaves like" being what is said where names are not identified."""
     if diagnosis.kind != VerdictKind.BEHAVES_LIKE:
         return str(diagnosis.kind)
     return str(VerdictKind.TWO if diagnosis.pairs else VerdictKind.CAUSE)
@@ -338,7 +339,7 @@ def _copies(diagnosis: Findings) -> list[str]:
 
 
 def _why(p: Mapping[str, float], rule: Rule) -> str:
-    """The p values that reject an explanation, in words; without any it was too far behind to be tested."""
+    """The p values that reject an explanation, in words, or that it was far behind."""
     limits = {"deficit": rule.deficit, "shape": rule.kept_shape, "scatter": rule.kept_scatter}
     return words.gate_words({k: v for k, v in p.items() if v < limits[k]}) or "far behind the best"
 

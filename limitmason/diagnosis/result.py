@@ -1,4 +1,4 @@
-"""The answer of a study as numbers: what kind it is, which causes, how large, and what they gain."""
+"""The answer of a study as numbers: kind, causes, sizes, and what they gain."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ GAINS = 8  # most kept explanations whose gain is measured
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Findings(Displayed, Citable, ReadOnly):
-    """Verdict of a study, conditional on its list of causes: data and tables, no simulator.
+    """Verdict of a study, conditional on its causes: data and tables, no simulator.
 
     Parameters
     ----------
@@ -92,12 +92,12 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @property
     def kind(self) -> VerdictKind:
-        """Answer: "none", "cause", "behaves like", "either", "two", "unexplained" or "scatter"."""
+        """"none", "cause", "behaves like", "either", "two", "unexplained" or "scatter"."""
         return self.verdict.kind
 
     @property
     def causes(self) -> Names:
-        """Names, best first: the cause, the set that the data cannot tell apart, or the two of the best pair."""
+        """Names, best first: the cause, the set not told apart, or the best pair."""
         return self.verdict.causes
 
     @property
@@ -127,7 +127,7 @@ class Findings(Displayed, Citable, ReadOnly):
         return {c.name: c for c in self.listed}
 
     def sized(self, names: Names) -> list[str]:
-        """Every cause of a kept explanation with its size, and with its 95 % interval where it is its own."""
+        """Every cause of a kept explanation with its size, and interval where its own."""
         out = []
         for name, size in zip(names, self.verdict.tested[names].sizes, strict=True):
             cause, known = self.by_name[name], len(names) == 1 or names == self.kept[0]
@@ -184,7 +184,7 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @property
     def noise_sd(self) -> float | None:
-        """Noise estimated from the best explanation where it is not stated, None where it is."""
+        """Noise estimated from the best explanation, None where it is stated."""
         if self.noise.kind != "unknown":
             return None
         best = self.best
@@ -201,7 +201,7 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @cached_property
     def by_kind(self) -> tuple[Evidence, ...]:
-        """What each kind of data says of the best kept explanation, or of the baseline where none is kept."""
+        """What each kind of data says of the best explanation, or of the baseline."""
         held = self.verdict.identification
         if held is not None and held.kinds:
             return held.kinds
@@ -211,7 +211,7 @@ class Findings(Displayed, Citable, ReadOnly):
         return by_kind(self.judged, effect, self.y, self.verdict.null.residuals[0], self.best.residuals[0], sd)
 
     def confirmed_by(self, later: Any) -> Evidence:
-        """What values measured afterwards say of the one cause that is left, at the size found here.
+        """What values measured afterwards say of the one cause left, at its size.
 
         ``whole`` says that they show what was predicted within two standard errors, of the size and of the measured
         inputs too: the cause is then confirmed in advance. ``absent`` rejects it.
@@ -240,7 +240,7 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @cached_property
     def known(self) -> Design:
-        """The design with a known noise: as stated, or as estimated from the best explanation."""
+        """The design with a known noise, stated, or estimated by the best explanation."""
         sd = self.noise_sd
         return self.design if sd is None else self.design.with_noise(Noise(sd))
 
@@ -260,7 +260,9 @@ class Findings(Displayed, Citable, ReadOnly):
         return confusable(self.known)
 
     def judged_again(self, progress: Callable[[str], None] | None = None) -> Checks:
-        """Verdicts on these data under other statements of the noise and without each specimen, worked out once.
+        """Verdicts on these data under other statements and without each specimen.
+
+        They are worked out once.
 
         Parameters
         ----------
@@ -282,14 +284,20 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @cached_property
     def residuals(self) -> dict[str, np.ndarray]:
-        """Differences on the scale of comparison, log(measured / predicted): "baseline", and each kept explanation."""
+        """Differences log(measured / predicted) or as compared, by explanation.
+
+        "baseline", and each that is kept.
+        """
         out = {"baseline": self.y * self.design.scale}
         for names in self.kept:
             out[" + ".join(names)] = self._left(names)
         return out
 
     def predicted(self, names: Iterable[str] | None = None) -> np.ndarray:
-        """Prediction of every specimen by a kept explanation (default the best), or by the baseline for no names."""
+        """Prediction of every specimen by a kept explanation, or () for the baseline.
+
+        The best one is the default.
+        """
         names = (self.kept[0] if self.kept else ()) if names is None else tuple(names)
         left = self._left(names) if names else self.residuals["baseline"]
         log = np.ones(self.n, bool) if self.design.log is None else self.design.log
@@ -307,7 +315,7 @@ Given = TypeVar("Given", bound=Findings)
 
 
 def checked_by_group(diagnosis: Given) -> Given:
-    """The diagnosis without explanations that predict whole groups left out worse than the baseline does.
+    """The diagnosis without explanations that predict left-out groups worse.
 
     With few repeats the noise is too uncertain to reject a bad fit; what is left out as a whole still tells: an
     explanation is withdrawn when its score by group is negative by more than its standard error.

@@ -1,4 +1,4 @@
-"""Ready simulators for a study: the collapse multiplier of an assembly by any method, extended by causes."""
+"""Ready simulators for a study: collapse multipliers, extended by causes."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -55,7 +55,9 @@ class Collapse:
     same: Callable[[Any], str] | None = field(default=None, repr=False)
 
     def identity(self, specimen: Any) -> str | None:
-        """Text that is the same for specimens with the same predictions whatever the parameters.
+        """Text that is the same for specimens with the same predictions.
+
+        They are so whatever the parameters.
 
         It is None where this is not known.
         """
@@ -72,7 +74,7 @@ class Collapse:
 
     @property
     def __signature__(self) -> inspect.Signature:
-        """What it takes: the specimen, ``extend``, the parameters of ``build`` and the options of the method."""
+        """What it takes: specimen, ``extend``, parameters of ``build``, method's options."""
         kind = inspect.Parameter
         names, any_name = _keywords(self.build, first=1)
         names += [n for n in self._method.takes if n not in (*names, *self.options)]
@@ -153,7 +155,7 @@ def collapse(
     accept: tuple[str, ...] = (Status.SOLVED, Status.ALMOST_SOLVED),
     **options: Any,
 ) -> Collapse:
-    """A simulator for ``Study``: build the specimen, extend it by the causes, find its collapse multiplier.
+    """A simulator for ``Study``: build a specimen, extend it, find its multiplier.
 
     Parameters
     ----------
@@ -175,7 +177,9 @@ def collapse(
 
 
 class Several:
-    """A simulator for ``Study`` of several quantities of one model, so that a cause moves them all.
+    """A simulator for ``Study`` of several quantities of one model.
+
+    A cause moves them all.
 
     Parameters
     ----------
@@ -269,7 +273,7 @@ def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **opti
 
 
 def _keywords(function: Callable, first: int) -> tuple[list[str], bool]:
-    """Names of the keywords after the first positional ones, and whether any keyword is taken."""
+    """Names of keywords after the positional ones, and whether any is taken."""
     parameters = list(inspect.signature(function).parameters.values())
     any_name = any(p.kind is p.VAR_KEYWORD for p in parameters)
     named = [p for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]

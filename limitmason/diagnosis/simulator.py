@@ -1,4 +1,4 @@
-"""Calls of the user's simulator: checked, counted, never repeated, in parallel, and kept on disk if asked."""
+"""Calls of the user's simulator: checked, counted, in parallel, kept on disk."""
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -134,7 +134,7 @@ class Simulator:
                 raise InputError(f"simulate does not take the parameter {name!r} of {of}; it takes: {known}")
 
     def predict(self, jobs: Sequence[Job]) -> np.ndarray:
-        """Predictions of all jobs, shape (len of jobs, quantities needed), computing only those never computed before.
+        """Predictions of all jobs, (jobs, quantities), computing only the new ones.
 
         Raises
         ------
@@ -161,7 +161,7 @@ class Simulator:
         return np.array(read).reshape(len(jobs), len(self.needed))
 
     def _run(self, missing: dict[tuple, Job]) -> None:
-        """Simulate the missing jobs in worker processes; check and keep each answer as it comes."""
+        """Simulate missing jobs in worker processes; check and keep each answer."""
         before = self.calls
         keys, jobs = list(missing), list(missing.values())
         calls = [(k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
@@ -176,7 +176,7 @@ class Simulator:
         return frozenset(self.needed) if self.asked is None else self.asked[specimen]
 
     def _read(self, job: Job, known: Prediction) -> list[float]:
-        """The quantities needed, in their order, or NaN for those that are not asked of this specimen."""
+        """The quantities needed, in order, NaN for those not asked of this specimen."""
         if isinstance(known, float):  # asked for first: most are, and whether one is a Mapping takes longer
             return [known]
         if not isinstance(known, Mapping):
@@ -194,7 +194,7 @@ class Simulator:
         return out
 
     def _checked(self, job: Job, value: Any) -> Prediction:
-        """Count a call and refuse an answer that is no number, or lacks a quantity asked for.
+        """Count a call and refuse an answer that is no number, or lacks a quantity.
 
         Parameters
         ----------
@@ -217,7 +217,7 @@ class Simulator:
         return {str(q): float(v) for q, v in value.items() if isinstance(v, (int, float)) and isfinite(v)}
 
     def on(self, specimens: Sequence[Any], needed: Mapping[str, bool]) -> "Simulator":
-        """A simulator of other specimens and quantities that knows what is known of those equal to these.
+        """A simulator of other specimens and quantities that knows those equal to these.
 
         Parameters
         ----------
@@ -231,7 +231,7 @@ class Simulator:
         return out
 
     def _who(self, job: Job) -> str:
-        """What tells the specimen of a call from others: equal for specimens that are equal."""
+        """What tells a call's specimen from others: equal for specimens that are equal."""
         if job.steps and any(cause.reads_specimen for cause, _ in job.steps):
             return f"{NUMBERED}{job.specimen}"
         if self._equal is None:
@@ -266,7 +266,9 @@ class Simulator:
 
 
 def number(value: Any, what: Callable[[], str], must_be_positive: bool = True) -> float:
-    """The value as a float, refused unless it is finite and, where its logarithm is compared, positive.
+    """The value as a float, refused unless finite and, if need be, positive.
+
+    It must be positive where its logarithm is compared.
 
     Parameters
     ----------
@@ -287,11 +289,15 @@ def number(value: Any, what: Callable[[], str], must_be_positive: bool = True) -
 
 
 def _quantity_of(specimen: Any, job: Job, quantity: str) -> str:
+    """A quantity of a call in words, for errors."""
     return f"simulate for {_called(specimen, job)}: {quantity!r}"
 
 
 def _to_answer(quantity: str) -> str:
-    """What to give so that a frequency or a shape is answered, or empty for what only ``simulate`` itself can know."""
+    """What to give so that a frequency or a shape is answered, or empty.
+
+    It is empty for what only ``simulate`` itself can know.
+    """
     if not quantity.startswith(("frequency", "mode")):
         return ""
     by_number = f"several(build, {{{quantity!r}: 'modes'}}) finds it by its number; " if quantity[0] == "f" else ""
@@ -312,7 +318,7 @@ def _call(simulate: Callable[..., Any], specimen: Any, job: Job) -> Any:
 
 
 def _called(specimen: Any, job: Job) -> str:
-    """A call in words, for errors: number of the specimen, parameters and causes, and the specimen itself."""
+    """A call in words, for errors: specimen and its number, parameters, causes."""
     return f"specimen {job.specimen} with {_show(job)} ({_short(specimen)})"
 
 

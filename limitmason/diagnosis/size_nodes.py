@@ -1,4 +1,4 @@
-"""Sizes of a cause, and values of measured inputs, at which a table of predictions has entries."""
+"""Sizes of a cause, and values of inputs, at which a table has entries."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -21,7 +21,7 @@ PAIR_NODES = 6  # size nodes on each side of the baseline in the table of a pair
 
 
 def warn_without_effect(change: np.ndarray, what: str, keyword: str, ends: Sequence[float]) -> None:
-    """Warn where no prediction changes by a bit: a simulator may take a keyword and do nothing with it.
+    """Warn where no prediction changes by a bit: a keyword may do nothing.
 
     Parameters
     ----------
@@ -46,6 +46,8 @@ def transformed(
 
     Parameters
     ----------
+    quantity : what is read, for a cause that asks for it
+    must_be_positive : whether the logarithm of the reading is compared
     size : of the cause in its unit
     prediction : that is read
     specimen, index : what was tested, and its number for errors
@@ -71,7 +73,10 @@ def through_zero(low: float, high: float, count: int) -> np.ndarray:
 
 
 def is_factor(cause: Cause) -> bool:
-    """Whether sizes are told apart by their ratio: a factor over a wide range, as of a stiffness."""
+    """Whether sizes are told apart by their ratio, as of a stiffness.
+
+    That is a factor over a wide range.
+    """
     return 0.0 < WIDE * cause.bounds[0] <= cause.bounds[1]
 
 

@@ -20,14 +20,14 @@ def recorded(specimen: Any, name: str) -> Any:
 
 
 def called(specimen: Any, number: int) -> str:
-    """What a specimen is called: its "specimen" or "name", else its number counted from 0."""
+    """What a specimen is called: "specimen" or "name", else its number from 0."""
     name = name_of(specimen)
     direction = specimen.get("direction", "") if name and isinstance(specimen, Mapping) else ""
     return f"specimen {number if name is None else name}{direction}"
 
 
 def circumstances_of(specimens: Sequence[Any]) -> list[str]:
-    """Names under which all specimens record a circumstance of their test, and not all the same."""
+    """Names under which all specimens record a circumstance, not all the same."""
     if not all(isinstance(s, Mapping) for s in specimens):
         return []
     shared = [k for k in (specimens[0] if specimens else ()) if is_circumstance(k) and all(k in s for s in specimens)]

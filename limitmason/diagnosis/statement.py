@@ -1,4 +1,4 @@
-"""What a study states: specimens, measured values, what is known of the errors, and the simulator with its tables."""
+"""What a study states: specimens, values, errors, and the simulator with tables."""
 
 from __future__ import annotations
 
@@ -153,7 +153,9 @@ class Statement(ReadOnly):
     def from_folder(
         cls, folder: str | Path, *, cache: str | Path | None = None, n_jobs: int = 1, **stated: Any
     ) -> Self:
-        """A study of a folder of CSV files: any number of quantities and specimens, cells missing or not.
+        """A study of a folder of CSV files; cells may be missing.
+
+        There may be any number of quantities and specimens.
 
         Parameters
         ----------
@@ -192,7 +194,7 @@ class Statement(ReadOnly):
 
     @property
     def called(self) -> tuple[str, ...]:
-        """What each row is called: its specimen, and its quantity where several were measured."""
+        """What each row is called: its specimen, and its quantity if several."""
         names = [called(self.specimens[i], int(i)) for i in self.rows.of]
         if self.rows.several:
             names = [f"{name}, {q}" for name, q in zip(names, self.rows.quantities, strict=True)]
@@ -250,7 +252,7 @@ class Statement(ReadOnly):
 
     @property
     def unstated(self) -> tuple[str, ...]:
-        """Circumstances that no column tells and that tests may share: of batch, day and set-up.
+        """Circumstances that no column tells and tests may share: batch, day, set-up.
 
         See ``shared``.
         """
@@ -258,7 +260,7 @@ class Statement(ReadOnly):
 
 
 def rows_of(measured: Any, rows: Any, specimens: Sequence[Any]) -> Rows:
-    """What is compared, from observations, from one value per row of rows known before, or one number per specimen.
+    """What is compared: observations, one value per known row, or per specimen.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""A study: what is asked of measured values and a simulator, which :mod:`limitmason.diagnosis.statement` holds."""
+"""A study: what is asked of measured values and a simulator, see ``statement``."""
 
 from __future__ import annotations
 
@@ -101,6 +101,7 @@ class Study(Statement):
             design, folds = self.design(causes), folds_of(self.groups, self.n)
 
             def known(sd: float) -> Design:
+                """The design with a noise that is known: as stated, or ``sd`` in stated units."""
                 return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
 
             judges[causes, rule] = Judge(design=design, known=known, folds=folds, rule=rule, unstated=self.unstated)
@@ -185,7 +186,7 @@ class Study(Statement):
         return checked_by_group(answer)
 
     def _say_if_far_off(self) -> None:
-        """Warn of a quantity, or single numbers, many times larger or smaller than predicted: a unit, as a rule."""
+        """Warn of a quantity, or numbers, far from predicted: a unit, as a rule."""
         assert self.measured is not None, "a verdict has measured values"
         apart = linked(self.measured, self.rows.log) - at_measured(self.tables.base())
         for quantity in dict.fromkeys(self.rows.quantities):
@@ -204,7 +205,7 @@ class Study(Statement):
                               f"{each}; are they in the unit of the others?", stacklevel=4)
 
     def _say_if_copied(self) -> None:
-        """Warn of specimens that are equal in all that is recorded and measured: a row that was copied, as a rule."""
+        """Warn of specimens equal in all that is recorded: a copied row, as a rule."""
         assert self.measured is not None, "a verdict has measured values"
         read: dict[int, list[tuple[str, float]]] = {}
         for number, quantity, value, log in zip(
@@ -333,7 +334,7 @@ class Study(Statement):
     def plan(
         self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
     ) -> NextTests:
-        """Specimens of a pool that would tell the causes of the list apart; nothing need be measured yet.
+        """Specimens of a pool that would tell the causes apart; nothing need be measured.
 
         Parameters
         ----------
@@ -346,7 +347,7 @@ class Study(Statement):
         self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, costs: Mapping[str, float] | None,
         diagnosis: Findings | None = None,
     ) -> NextTests:
-        """Specimens of a pool for a list of causes, or for what a diagnosis has left of it; see :meth:`plan`.
+        """Specimens of a pool for a list, or what a diagnosis left; see :meth:`plan`.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Which specimens of a pool to test next, from a verdict or from the list of causes alone."""
+"""Which specimens of a pool to test next, from a verdict or a list of causes."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -27,7 +27,8 @@ def suggest(
 
     With a set of causes (or pairs) they separate its members, with an identified cause they hold it against every
     other of the list, with one that is not they show the contrast that only it makes, with none they separate the whole
-    list at visible sizes; an unexplained trend asks for the ends and the middle of its covariate.
+    list at visible sizes. An unexplained trend asks for specimens from end to end of its covariate, evenly spaced in
+    rank; more scatter than was stated asks for any repeats. Costs count in neither.
 
     Parameters
     ----------
@@ -38,20 +39,25 @@ def suggest(
     diagnosis : verdict so far, or None
     costs : of a test by what is measured in it; 1 where it is not told: what is chosen gains most for its cost
 
+    Returns
+    -------
+    plan.NextTests
+        The specimens, and where causes are told apart how well they are before and after these tests.
+
     Raises
     ------
     InputError
-        For an empty pool or more tests than the pool holds.
+        For an empty pool, more tests than the pool holds, or a cost that is not positive.
     """
     pool = list(pool)
     if not 1 <= k <= len(pool):
         raise InputError(f"k must lie between 1 and the size of the pool ({len(pool)}), got {k}")
-    verdict = diagnosis.verdict if diagnosis is not None else None
-    if verdict is not None and verdict.kind in ("unexplained", "scatter"):
-        return _spread(verdict.covariate if verdict.kind == "unexplained" else None, pool, k)
     price = np.array([float(costs.get(q, 1.0)) for q in there.rows.quantities])
     if not (price > 0.0).all():
         raise InputError(f"costs must be positive, got {dict(costs)}")
+    verdict = diagnosis.verdict if diagnosis is not None else None
+    if verdict is not None and verdict.kind in ("unexplained", "scatter"):
+        return _spread(verdict.covariate if verdict.kind == "unexplained" else None, pool, k)
     if diagnosis is not None and diagnosis.kind == "behaves like":
         return _identify(design, there, pool, k, diagnosis, price)
     truths, pairs, reason = _hypotheses(design, there, diagnosis)
@@ -73,6 +79,7 @@ def _identify(
 
     Parameters
     ----------
+    design, diagnosis : tables of the tested specimens, and what was found on them
     there, pool, k, price : tables of the pool, its specimens, number of tests, and cost of every row, shape (rows,)
     """
     names = diagnosis.kept[0]
@@ -114,8 +121,10 @@ def _tests(there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str
 
     Parameters
     ----------
+    there, pool : tables of the pool, and its specimens
     chosen : rows of the pool
-    price : cost of every row
+    reason : why these, in words
+    price : cost of every row, shape (rows,)
     """
     rows = there.rows
     indices = tuple(int(rows.of[i]) for i in chosen)
@@ -133,6 +142,7 @@ def _hypotheses(
 
     Parameters
     ----------
+    design, diagnosis : tables of the tested specimens, and what was found on them, or None
     there : tables of every explanation on the pool
 
     Returns
@@ -167,7 +177,9 @@ def _hypotheses(
 
 
 def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: Tested) -> plan.Truth:
-    """Predictions of a fitted explanation here and on the pool, to first order from the node next to its fit.
+    """Predictions of a fitted explanation here and on the pool, to first order.
+
+    They start from the node next to the fit.
 
     Parameters
     ----------
@@ -188,7 +200,7 @@ def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: T
 
 
 def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:
-    """Next tests over the covariate with which the residuals vary: its ends and its middle.
+    """Next tests over the covariate that residuals vary with, from end to end.
 
     Without such a covariate they are any repeats, to measure the scatter.
 
@@ -219,6 +231,6 @@ def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:
 
 
 def _picked(picks: np.ndarray, pool: list[Any], reason: str) -> plan.NextTests:
-    """Specimens of a pool by their numbers ``picks``, as tests to be made next for a reason."""
+    """Specimens of a pool by numbers ``picks``, as tests to be made for a reason."""
     indices = tuple(int(i) for i in picks)
     return plan.NextTests(indices, tuple(pool[i] for i in indices), reason)

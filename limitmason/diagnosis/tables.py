@@ -1,4 +1,4 @@
-"""Tables of one set of specimens: each made when it is first asked for, and kept for every verdict on them."""
+"""Tables of one set of specimens: made when first asked for, kept for verdicts."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -67,7 +67,7 @@ class CauseTables:
         return self._singles[cause]
 
     def between(self, sizes: Mapping[Cause, float], z: Sequence[float] = ()) -> np.ndarray:
-        """Predictions on the scale of comparison with any number of causes, interpolated, shape (n,).
+        """Predictions on the scale of comparison with any causes, interpolated, (n,).
 
         The effects of several causes add up on that scale. NaN for a size or an input outside its table.
 
@@ -112,7 +112,7 @@ class CauseTables:
         return left
 
     def pair(self, first: Cause, second: Cause) -> Tabulation:
-        """Table of two causes, by the simulator or from their own effects as ``pair_tables`` says."""
+        """Table of two causes, by the simulator or own effects, by ``pair_tables``."""
         key, alone = frozenset((first, second)), (self.single(first), self.single(second), self.base())
         if self.pair_tables != "exact" and key not in self._true_pairs:
             return self.tabulator.pair(*alone, exact=False)  # a sum, which a thousand numbers make too large to keep
@@ -121,7 +121,7 @@ class CauseTables:
         return self._true[key]
 
     def design(self, causes: tuple[Cause, ...], noise: Noise, scale: np.ndarray, columns: Mapping) -> Design:
-        """Everything that the rule needs of a list of causes under a statement of the noise.
+        """All that the rule needs of a list of causes under a statement of the noise.
 
         Parameters
         ----------
@@ -146,7 +146,9 @@ class CauseTables:
         )
 
     def replace_wrong_pairs(self, design: Design, verdict: Verdict) -> bool:
-        """Tabulate pairs near the best in full where their additive table is wrong; True where there was one.
+        """Tabulate pairs near the best in full where wrong; True where one was.
+
+        What may be wrong is their additive table.
 
         The check is at the fit and half-way to it, in units of the noise.
         """
@@ -172,7 +174,7 @@ class CauseTables:
         return replaced
 
     def on(self, specimens: Sequence[Any], placing: np.ndarray) -> "CauseTables":
-        """Tables of other specimens by the same simulator, which still knows what it has computed.
+        """Tables of other specimens by the same simulator, which knows what it computed.
 
         Parameters
         ----------
@@ -182,7 +184,7 @@ class CauseTables:
 
 
 class PoolGrids(dict):
-    """Grids on a pool of specimens with the nodes of those on the tested ones, by names, made when asked for.
+    """Grids on a pool with the nodes of those on tested specimens, made when asked.
 
     Parameters
     ----------
@@ -197,7 +199,7 @@ class PoolGrids(dict):
     def __init__(
         self, tested: CauseTables, pool: Sequence[Any], noise: Noise, causes: Iterable[Cause], scale: np.ndarray
     ):
-        """Take the noise of every row of the pool, and tables at the levels of the tested ones.
+        """Take the noise of every row of the pool, and tables at the tested levels.
 
         A row of the pool has no value yet: its noise is the mean of that of the tested specimens for the same quantity,
         or what is planned. Where the noise is unknown an assumed one places the nodes of the tables.
@@ -232,7 +234,7 @@ class PoolGrids(dict):
 
 
 def placing_noise(noise: Noise, n: int) -> np.ndarray:
-    """Noise per specimen that tables are placed by: as stated, or ``ASSUMED_NOISE`` where nothing is, shape (n,)."""
+    """Noise that tables are placed by: as stated, or ``ASSUMED_NOISE``, (n,)."""
     return noise.scale(n) if noise.kind != "unknown" else np.full(n, ASSUMED_NOISE)
 
 

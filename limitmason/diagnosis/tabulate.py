@@ -1,4 +1,4 @@
-"""Tables of log predictions on (cause size x nuisance): few simulator calls, refined where the curve bends."""
+"""Tables of log predictions on (cause size x nuisance), refined where they bend."""
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise, product
@@ -40,7 +40,7 @@ class Tabulator:
     simulator : the calls
     rows : the numbers that are compared
     nuisance : measured inputs by name; those with error 0 are passed on as exact
-    noise : noise per specimen that levels and nodes are placed by, shape (n,)
+    noise : standard deviation of every row, by which levels and nodes are placed, shape (n,)
     levels : most sizes per cause at which the simulator is called
     nuisance_levels : values of each measured input at which it is called
     crossed : "full" calls it at every size with every value of the inputs; "corners" at the ends only, see
@@ -90,9 +90,10 @@ class Tabulator:
 
         Parameters
         ----------
+        specimens : as the simulator takes them
         noise : standard deviation of every new row, shape (n,)
         """
-        count = len(self.z_levels[0]) if self.z_levels else None
+        count = len(self.z_levels[0]) if self.z_levels else None  # every input has as many levels
         rows = self.rows.on(len(specimens))
         return Tabulator(
             self.simulator.on(specimens, rows.needed), rows, self.nuisance, noise, levels=self.levels,
@@ -108,7 +109,7 @@ class Tabulator:
         self, causes: Sequence[Cause], points: Sequence[tuple[tuple[float, ...], tuple[float, ...]]],
         rows: Sequence[int] | np.ndarray | None = None,
     ) -> np.ndarray:
-        """Predictions at given sizes and nuisance values, as logarithms where these are compared.
+        """Predictions at given sizes and nuisance values, as logarithms if compared so.
 
         Parameters
         ----------
@@ -230,8 +231,9 @@ class Tabulator:
         return Tabulation(causes, sizes, z, values)
 
     def pair_error(self, table: Tabulation, at: tuple[float, ...], z: Sequence[float]) -> float:
-        """Largest error of an additive pair table at sizes ``at`` and inputs ``z``, in units of the noise: true minus
-        table.
+        """Largest error of an additive pair table, in units of the noise.
+
+        It is the true value minus that of the table, at sizes ``at`` and inputs ``z`` [sd].
         """
         true = self.evaluate(table.causes, [(tuple(at), tuple(z))])[0]
         axes = (*table.sizes, *(a for a in table.z))
@@ -239,7 +241,7 @@ class Tabulator:
         return float(np.max(np.abs(true - shown) / self.noise))
 
     def _refuse_not_nested(self, cause: Cause) -> None:
-        """Refuse a cause whose baseline moves the first specimen's prediction by more than 0.02 of its noise."""
+        """Refuse a cause whose baseline moves the first prediction by > 0.02 of its noise."""
         if cause.apply is None:
             self.simulator.check_parameters([cause.parameter], f"cause {cause.name!r}")
         elif not cause.transforms:
@@ -265,7 +267,7 @@ class Tabulator:
             )
 
     def _levels(self, cause: Cause) -> tuple[np.ndarray, float]:
-        """Sizes to call the simulator at, and the largest error of the curve through them [noise].
+        """Sizes to call the simulator at, and the curve's largest error [noise].
 
         Every interval whose midpoint the curve misses by more than ``TOLERANCE`` is halved, the worst first, up to the
         number of levels. Sizes that are factors are halved by the geometric mean.
@@ -300,7 +302,7 @@ class Tabulator:
         return x, worst
 
     def _from_corners(self, cause: Cause, levels: np.ndarray) -> tuple[np.ndarray, float]:
-        """Values on all levels from those on the axes and at the corners, and the error at one point half-way."""
+        """Values on all levels from axes and corners, and the error half-way."""
         zero = tuple(0.0 for _ in self.free)
         points = list(product(*self.z_levels))
         line = self.evaluate((cause,), [((s,), zero) for s in levels])
@@ -359,7 +361,7 @@ class Tabulator:
         return np.array(sorted(out))
 
     def _to_nodes(self, values: np.ndarray, first: int) -> np.ndarray:
-        """Values at the levels of the measured inputs, their axes from ``first`` on, carried over to the nodes."""
+        """Values at the levels of inputs, axes from ``first`` on, carried to the nodes."""
         for axis, (level, node) in enumerate(zip(self.z_levels, self.z_nodes, strict=True), start=first):
             if len(level) != len(node):
                 values = PchipInterpolator(level, values, axis=axis)(node)

@@ -1,4 +1,4 @@
-"""What a diagnosis says, in plain sentences: the verdict, what it means, what it rests on and what limits it.
+"""What a diagnosis says, in plain sentences: verdict, meaning, basis, limits.
 
 Thresholds are those of ``inference.verdict``.
 """
@@ -32,7 +32,7 @@ def gate_words(p: Mapping[str, float]) -> str:
 
 
 def could_do_the_same(along: str, *, short: bool = False) -> str:
-    """What else could do it, by the covariate of the nearest model discrepancy."""
+    """What else could do it; ``along`` is the covariate of the nearest discrepancy."""
     if along == CONSTANT:
         return "an equal error of all values could do the same" + ("" if short else ", whatever its origin")
     where = "several covariates together" if along == TOGETHER else along
@@ -95,7 +95,7 @@ def headline(diagnosis: Findings) -> str:
 
 
 def by_specimen(diagnosis: Findings) -> str:
-    """The lever that differs from specimen to specimen where more scatter does not do, or nothing."""
+    """The lever that differs by specimen where more scatter does not do, or nothing."""
     verdict = diagnosis.verdict
     return "" if verdict.rivalled else verdict.rival.removesuffix(" by specimen")
 
@@ -131,7 +131,7 @@ def off_the_list(diagnosis: Findings) -> str:
 
 
 def by_kind_words(diagnosis: Findings) -> list[str]:
-    """What every kind of data says of the best explanation, or where the baseline misses.
+    """What every kind of data says of the best explanation, or the baseline's miss.
 
     It is empty for one kind.
     """
@@ -169,7 +169,7 @@ def meaning(diagnosis: Findings) -> list[str]:
 
 
 def _alarm_without_cause(diagnosis: Findings, before: str) -> list[str]:
-    """More scatter than is stated, or a misfit that nothing on the list removes; ``before`` is the misfit."""
+    """More scatter than stated, or a misfit that stays; ``before`` is the misfit."""
     carried = outlier_words(diagnosis) if carried_by_outliers(diagnosis) else []
     if diagnosis.kind == "scatter":
         sd = 100.0 * float(np.sqrt(diagnosis.verdict.null.loss[0] / diagnosis.n) * np.mean(diagnosis.design.scale))
@@ -301,7 +301,7 @@ def identifying_test(diagnosis: Findings) -> str:
 
 
 def if_it_were_missing(diagnosis: Findings) -> str:
-    """How often a name of the list would be given to an effect that is not on it, or empty where that is not known."""
+    """How often a name would be given to an effect off the list, or empty."""
     found = diagnosis.rehearsal
     if found is not None and found.missing:
         rate, low, high = found.rate("wrong name")

@@ -1,4 +1,4 @@
-"""Figures ready for print: assembly, mechanism, joint forces, predicted against published, simulations, diagnoses.
+"""Figures ready for print: structures, mechanisms, forces, comparisons, diagnoses.
 
 Every function returns a ``matplotlib.figure.Figure`` made without pyplot (``animate`` writes a film, ``diagnosis_page``
 a page, ``view`` an interactive scene): no window opens, no global state changes. Arguments stand in one order: the

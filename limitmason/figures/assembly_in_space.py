@@ -1,4 +1,4 @@
-"""Assemblies drawn in space: parallel projection, faces shaded by their normal, hidden surfaces removed exactly.
+"""Assemblies in space: parallel projection, shaded faces, exact hidden surfaces.
 
 ``ax`` are the axes that are drawn on and ``scene`` is what is drawn; ``width`` is that of lines, in points;
 ``segments`` are pairs of ends on the page [m], shape (2, 2) each.
@@ -41,7 +41,7 @@ class SolidView:
     """
 
     def __init__(self, assembly: Assembly, view: Camera, motion: RigidMotion | None = None) -> None:
-        """Place the pieces of all blocks as the motion has them, and find their edges and faces.
+        """Place the pieces of all blocks as the motion has them; find edges and faces.
 
         Parameters
         ----------
@@ -60,11 +60,11 @@ class SolidView:
         self.hidden = _shared_faces(assembly)
 
     def moved(self, points: Array, block: int) -> Array:
-        """Places [m] of ``points`` at rest, shape (n, 3), when a block carries them, by its number."""
+        """Places [m] of ``points`` at rest, shape (n, 3), as a block carries them."""
         return points if self.motion is None else self.motion.moved(points, int(block))
 
     def facing(self, piece: int) -> list[int]:
-        """Numbers of the faces of a piece, by its number, that look at the viewer and are no cuts in a block."""
+        """Numbers of a piece's faces that look at the viewer and are no cuts in a block."""
         n = len(self.pieces[piece].faces)
         towards = self.faces.normal[piece, :n] @ self.view.towards
         return [k for k in range(n) if towards[k] > _FACING and (piece, k) not in self.hidden]
@@ -77,7 +77,7 @@ class SolidView:
 
 
 class _Ink:
-    """Paths with their colours in the order in which they are painted; widths in points."""
+    """Paths with their colours, in the order of painting; widths in points."""
 
     def __init__(self) -> None:
         """Begin without paths."""
@@ -88,11 +88,14 @@ class _Ink:
         self.dash: list = []
 
     def area(self, points: Array, colour: Any, width: float) -> None:
-        """Add a filled polygon with a line of its own colour: ``points`` on the page, shape (n, 2), ``width`` in pt."""
+        """Add a filled polygon, ``points`` on the page, (n, 2), with a line of its own.
+
+        ``width`` is that of the line [pt].
+        """
         self._add(Path(np.vstack([points, points[:1]]), closed=True), colour, colour, width)
 
     def strokes(self, segments: list[Array], colour: Any, width: float, *, dashed: bool = False) -> None:
-        """Add lines of one colour between pairs of ends, ``segments``, ``width`` in points."""
+        """Add lines of a colour between pairs of ends, ``segments``; ``width`` in points."""
         if segments:
             codes = [Path.MOVETO, Path.LINETO] * len(segments)
             dash = (0.0, (3.0, 2.0)) if dashed else "-"
@@ -118,7 +121,7 @@ def draw_solids(
     ax: Axes, scene: SolidView, width: float, *, moving: Flags, joints: MovingJoints | None = None,
     before: SolidView | None = None, ghosts: Flags | None = None, outline: str = style.OUTLINE,
 ) -> None:
-    """Draw all blocks from back to front, moving joints marked where they show on the surface.
+    """Draw all blocks from back to front, with moving joints where they show.
 
     Parameters
     ----------
@@ -165,7 +168,7 @@ def draw_solids(
 
 
 def _edge_strokes(scene: SolidView, piece: int, visible: set[int]) -> list[Array]:
-    """Ends on the page [m] of those edges of a piece that belong to a visible face, shape (2, 2) each.
+    """Ends on the page [m] of a piece's edges at visible faces, shape (2, 2) each.
 
     Parameters
     ----------
@@ -180,7 +183,7 @@ def _edge_strokes(scene: SolidView, piece: int, visible: set[int]) -> list[Array
 
 
 def _joint_marks(scene: SolidView, joints: MovingJoints | None) -> dict[int, list[tuple[list[Array], str]]]:
-    """For every piece, by number, edges of its moving joints that lie on faces the viewer sees, with their colour.
+    """For every piece, by number, visible edges of its moving joints, with colour.
 
     Parameters
     ----------
@@ -214,7 +217,7 @@ def _joint_marks(scene: SolidView, joints: MovingJoints | None) -> dict[int, lis
 
 
 def _shared_faces(assembly: Assembly) -> set[tuple[int, int]]:
-    """Faces (piece, face), by number, that two pieces of a block have in common: cuts, not surfaces."""
+    """Faces (piece, face) that two pieces of a block share: cuts, not surfaces."""
     hidden: set[tuple[int, int]] = set()
     start = 0
     for block in assembly.blocks:
@@ -233,7 +236,10 @@ def _shared_faces(assembly: Assembly) -> set[tuple[int, int]]:
 
 
 def _shaded(colour: str, normal: Array, view: Camera) -> tuple[float, float, float]:
-    """Red, green and blue of a colour on a face with a unit normal, lighter towards the light."""
+    """Red, green and blue of a colour on a face, lighter towards the light.
+
+    ``normal`` is the unit normal of the face, ``view`` the camera.
+    """
     # chosen: 0.72 of the colour in the shade, so that edges still show
     light = _LIGHT / np.linalg.norm(_LIGHT)
     lit = max(0.0, float(np.array([normal @ view.right, normal @ view.up, normal @ view.towards]) @ light))
@@ -242,7 +248,7 @@ def _shaded(colour: str, normal: Array, view: Camera) -> tuple[float, float, flo
 
 
 def draw_triad(ax: Axes, view: Camera, corner: Array, length: float, width: float = 0.8) -> None:
-    """Draw the axes x, y, z, each as long as stated: they are the scale of the drawing.
+    """Draw the axes x, y, z, each as long as stated: the scale of the drawing.
 
     Parameters
     ----------
@@ -266,7 +272,7 @@ def block_size(assembly: Assembly) -> float:
 
 
 class Layout:
-    """Limits of the page, and where the triad of axes stands: in an empty lower corner, or below the drawing.
+    """Limits of the page, and where the axes stand: in a corner, or below it.
 
     ``low`` and ``high`` are the limits of the page, ``origin`` is where the axes start, ``label`` where their length
     is written [m]; ``length`` is that of the axes [m].
@@ -279,7 +285,7 @@ class Layout:
     """
 
     def __init__(self, scene: SolidView, bounds: Array, ax: Axes | None = None) -> None:
-        """Fit the drawing on its page, and find a free corner for the axes and their length."""
+        """Fit the drawing on its page; find a free corner for the axes, and their length."""
         self.view = scene.view
         span = np.ptp(bounds, axis=0)
         room = np.array([style.page_width() - 0.24, style.HEIGHT])  # [in], without the margins of a bare page
@@ -315,7 +321,7 @@ class Layout:
 
 
 def _covered(scene: SolidView, low: Array, high: Array) -> bool:
-    """Whether the drawing covers a part of a box on the page, from its corner ``low`` to ``high`` [m], shape (2,)."""
+    """Whether the drawing covers a part of a box on the page, ``low`` to ``high`` [m]."""
     box = Bbox(np.array([low, high]))
     return any(
         Path(scene.view.project(solid.vertices[list(solid.faces[k])])).intersects_bbox(box, filled=True)

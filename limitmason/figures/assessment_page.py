@@ -1,4 +1,4 @@
-"""The report of a verdict as one HTML page: mechanism, curve, spectrum, and both readings of the code in a table."""
+"""The report of a verdict as one HTML page: mechanism, curve, spectrum, capacity."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def assessment_report(verdict: Assessment, path: str | Path, *, title: str = "Lo
 
 
 def _states(verdict: Assessment) -> str:
-    """HTML of the accelerations reached and asked at each limit state [g], and the first over the second."""
+    """HTML of the accelerations reached and asked at each limit state [g], and ratios."""
     how = {
         "SLD": "peak acceleration against a0*",
         "SLV": "q = 2 on the peak acceleration" if verdict.curve is None else "displacement spectrum at T",
@@ -84,7 +84,7 @@ def _states(verdict: Assessment) -> str:
 
 
 def _capacities(verdict: Assessment) -> str:
-    """HTML of the quantities of the capacity by bodies, as the text of the Circular asks, and by single blocks."""
+    """HTML of the capacity by bodies, as the Circular asks, and by single blocks."""
 
     def cells(c: Capacity) -> dict[str, float]:
         """Numbers of one reading by their names with units."""
@@ -108,7 +108,7 @@ def _capacities(verdict: Assessment) -> str:
 
 
 def _shown(value: float) -> str:
-    """A quantity in words; infinite is an acceleration [g] beyond those that were tried."""
+    """A quantity in words; infinite is an acceleration [g] beyond all that were tried."""
     return "more than 2" if math.isinf(value) else f"{value:.4f}"
 
 

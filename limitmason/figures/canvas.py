@@ -1,4 +1,4 @@
-"""A structure on a page, in elevation or in space: the page that fits it, and blocks, joints and ties drawn on it.
+"""A structure on a page that fits it, in elevation or space, with joints and ties.
 
 ``model`` is the structure.
 """
@@ -121,7 +121,10 @@ class Canvas:
         return draw_ties(self.ax, self.model, lambda p: p @ self.axes, self.width, motion=motion, yields=yields)
 
     def load(self, loads: Loads | None, label: str = "live load") -> list[Line2D]:
-        """Draw the resultant of the live loads from where it acts; its entry for the legend, ``label``, or none."""
+        """Draw the resultant of the live loads from where it acts; return its entry.
+
+        The entry is for the legend, by ``label``, or none.
+        """
         found = resultant(self.model, loads)
         if found is None:
             return []
@@ -152,7 +155,9 @@ class Canvas:
 
 
 def resultant(model: Assembly, loads: Loads | None) -> tuple[Array, Array] | None:
-    """Point on the line of action of the live loads on free blocks [m], and its unit direction, shape (3,) each.
+    """Point on the line of action of the live loads [m], and its unit direction.
+
+    Only those on free blocks count; shape (3,) each.
 
     None where the loads are not of these blocks, or where their forces cancel: a couple has no line of action.
     """
@@ -188,7 +193,7 @@ def chosen_plane(model: Assembly, view: str, twists: Array | None) -> Plane | No
 
 
 def _bounds(scene: SolidView, before: SolidView) -> Array:
-    """Lowest and highest place on the page of the free blocks before and after [m], shape (2, 2).
+    """Lowest and highest place on the page of free blocks, moved or not [m], (2, 2).
 
     Fixed ones count up to half the drawing's size beyond the free ones: a wide ground must not shrink these.
 
@@ -206,7 +211,9 @@ def _bounds(scene: SolidView, before: SolidView) -> Array:
 
 
 def _corner_they_move_to(model: Assembly, twists: Array) -> tuple[float, float]:
-    """Azimuth and elevation [deg] of that of four corners towards which the blocks move, weighted by their volume.
+    """Azimuth and elevation [deg] of the corner towards which the blocks move.
+
+    Of four; motions are weighted by volume.
 
     ``twists`` are those of the mechanism, shape (n, 6).
     """

@@ -1,4 +1,4 @@
-"""Predicted against published or measured values, with the line of agreement and a band about it.
+"""Predicted against published values, with the line of agreement and a band.
 
 ``ax`` are the axes that are drawn on.
 """
@@ -29,7 +29,10 @@ _ON_LINE = 0.02
 
 
 class ComparedValue(NamedTuple):
-    """One comparison: ``published`` and ``predicted`` are (low, value, high), all equal where there is no range."""
+    """One comparison: ``published`` and ``predicted`` are (low, value, high).
+
+    All three are equal where there is no range.
+    """
 
     label: str
     published: tuple[float, float, float]
@@ -59,7 +62,9 @@ def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[ComparedValue]:
 
 
 def _with_range(value: Any, where: str) -> tuple[float, float, float]:
-    """Low, value and high of a number, of (low, high), whose mean is the value, or of (low, value, high).
+    """Low, value and high of a number, of (low, high), or of (low, value, high).
+
+    The value of two is their mean.
 
     ``where`` the value stands is said of one that is refused.
     """
@@ -197,7 +202,7 @@ def predicted_against_published(
 
 
 def _limits(rows: list[ComparedValue], log: bool) -> tuple[float, float]:
-    """Low and high end of both axes; linear ones begin at zero unless that would leave a third of them empty.
+    """Ends of both axes; linear ones begin at zero unless a third would be empty.
 
     Parameters
     ----------
@@ -213,7 +218,7 @@ def _limits(rows: list[ComparedValue], log: bool) -> tuple[float, float]:
 
 
 def _draw_group(ax: Axes, rows: list[ComparedValue], group: str, k: int) -> Any:
-    """Draw the values of one group with their ranges, and return its points as an entry for the legend.
+    """Draw the values of a group with their ranges; return their legend entry.
 
     Parameters
     ----------
@@ -240,7 +245,9 @@ def _draw_group(ax: Axes, rows: list[ComparedValue], group: str, k: int) -> Any:
 def _label_points(
     ax: Axes, points: list[tuple[str, float, float, bool]], limits: tuple[float, float], log: bool
 ) -> None:
-    """Write names beside points: above the 1:1 line to the left, below it to the right, kept apart vertically.
+    """Write names beside points: above the 1:1 line to the left, below to the right.
+
+    They are kept apart vertically.
 
     Points on the line go to the side of their group, so that two groups that agree do not write over each other.
 
@@ -273,7 +280,7 @@ def _label_points(
 
 
 def _summary(total: int, finite: list[ComparedValue], inside: np.ndarray, ratio: np.ndarray, band: float) -> str:
-    """Caption: how many values, how many within the band, and mean and variation of their ratio.
+    """Caption: how many values, how many within the band, mean and variation.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Figure of what a design can tell: distances between its causes, drawn on axes ``ax``."""
+"""Distances between causes as a figure on axes ``ax``: what a design can tell."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The contact report as a drawing: joints that were made, faces that nearly touch, faces that touch nothing.
+"""The contact report as a drawing: joints, near misses, faces that touch nothing.
 
 ``ax`` are the axes that are drawn on; ``width`` is that of lines, in points; ``axes`` project places in space on the
 page, shape (3, 2); ``gid`` names what is drawn.
@@ -98,6 +98,8 @@ def _lines(
 
     Parameters
     ----------
+    axes : of the page, as columns, shape (3, 2)
+    colour : of the lines
     polygons : corners [m], shape (n, 3) each
     width : of the lines [pt]
     gid, zorder, look : name, height in the drawing and further options of the lines in matplotlib
@@ -116,7 +118,10 @@ def _lines(
 
 
 def _areas(ax: Axes, polygons: list[Array], axes: Array, colour: str, alpha: float, gid: str) -> None:
-    """Draw polygons seen from the front, filled; their corners in [m], shape (n, 3), ``alpha`` from clear to opaque."""
+    """Draw polygons seen from the front, filled; corners in [m], shape (n, 3).
+
+    ``alpha`` is from 0, clear, to 1, opaque; ``axes`` are those of the page, shape (3, 2).
+    """
     if polygons:
         flat = [p @ axes for p in polygons]
         ax.add_collection(PolyCollection(
@@ -143,7 +148,9 @@ def _points(ax: Axes, places: list[Array], axes: Array, marker: str, colour: str
 
 
 def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> None:
-    """Write gap and angle beside each near miss: of eight places around it at the first where no other label is.
+    """Write gap and angle beside each near miss, where no other label is.
+
+    The first free of eight places around it is taken.
 
     Where none of the eight is free the last is taken.
 
@@ -179,7 +186,7 @@ def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> N
 
 
 def _gap(row: NearMiss) -> str:
-    """Gap of a near miss in mm, as a range where it differs by more than 1 % along the faces."""
+    """Gap of a near miss in mm, as a range where it differs by more than 1 %."""
     low, high = (1e3 * g for g in row.gap)
     return f"{high:.2g} mm" if high - low <= 0.01 * abs(high) else f"{low:.2g}\N{EN DASH}{high:.2g} mm"
 
@@ -194,7 +201,7 @@ def _caption(report: ContactReport) -> str:
 
 
 def _handles(report: ContactReport, *, plane: bool) -> list[Patch | Line2D]:
-    """Legend entries for what is really in the drawing; ``plane`` tells whether it is an elevation."""
+    """Legend entries of what is in the drawing; ``plane``: it is an elevation."""
     mark: dict[str, Any] = {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"}
     # what there is of a kind, its colour and name, and how its mark differs from a thick line
     entries: list[tuple[Any, str, str, dict[str, Any]]] = [

@@ -79,7 +79,7 @@ def solid_map(
 
 
 def _moved(model: Continuum, displacement: ArrayLike | None, scale: float | None) -> tuple[Array, str]:
-    """Places of the nodes as drawn [m], shape (n_nodes, 3), and what to say about them.
+    """Places of the nodes as drawn [m], shape (n_nodes, 3), and words about them.
 
     Parameters
     ----------
@@ -101,7 +101,10 @@ def _moved(model: Continuum, displacement: ArrayLike | None, scale: float | None
 
 
 def _per_brick(model: Continuum, values: ArrayLike) -> Array:
-    """One value per brick, shape (m,): of ``values`` at several points of it, shape (m, q), the largest in size."""
+    """One value per brick, (m,): of ``values`` at its points, (m, q), the largest.
+
+    It is the largest in size.
+    """
     v = np.asarray(values, dtype=float)
     if v.ndim == 2:
         v = np.take_along_axis(v, np.abs(v).argmax(axis=1)[:, None], axis=1)[:, 0]
@@ -120,7 +123,7 @@ def _paint(
     ax: Axes, model: Continuum, places: Array, view: Camera, values: Array | None, norm: Normalize | None,
     colours: str, width: float,
 ) -> None:
-    """Paint the faces that look at the viewer, from behind, shaded and coloured by values.
+    """Paint the faces that look at the viewer, from behind, coloured by values.
 
     Parameters
     ----------
@@ -152,7 +155,9 @@ def _paint(
 
 
 def _bar(figure: Figure, ax: Axes, norm: Normalize, colours: str, label: str) -> None:
-    """Add a colour bar in a strip of ``_BAR`` by which the page is widened; what is on it keeps its size and place.
+    """Add a colour bar in a strip of ``_BAR`` by which the page is widened.
+
+    What is on it keeps its size and place.
 
     Parameters
     ----------

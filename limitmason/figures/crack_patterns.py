@@ -1,4 +1,4 @@
-"""Crack pattern of a driven structure at moments of its curve: first crack, peak, end."""
+"""Crack pattern of a driven structure at moments of its curve."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def cracks(
     title: str | None = None,
     caption: str | None = None,
 ) -> Figure:
-    """Elevations of a driven structure with its cracked joints, drawn the thicker the more they have moved.
+    """Elevations of a driven structure; joints are drawn thicker the more they moved.
 
     A joint is drawn where it has failed: vermilion where it has opened more than slid, blue where it slid, its line as
     thick as its movement is large beside the largest of the same picture; below a thirtieth of that it is a thin grey
@@ -97,7 +97,9 @@ def cracks(
 
 
 def one_a_sample(moments: list[tuple[int, str | int]]) -> list[tuple[int, str]]:
-    """Samples, in the order in which they are first named, with all moments that fall on each, joined by "and".
+    """Samples in the order in which they are named, with all moments of each.
+
+    Moments are joined by "and".
 
     Parameters
     ----------
@@ -110,7 +112,7 @@ def one_a_sample(moments: list[tuple[int, str | int]]) -> list[tuple[int, str]]:
 
 
 def sample_of(curve: Any, moment: str | int) -> int:
-    """Number of the sample of ``curve`` at a moment: "peak", "end", or one by number, from the end where negative."""
+    """Sample of ``curve`` at a moment: "peak", "end", or a number, also from the end."""
     if isinstance(moment, str) and moment not in ("peak", "end"):
         raise InputError(f"unknown moment {moment!r}: 'peak', 'end' or a sample by number")
     return int(curve.peak.index) if moment == "peak" else int(curve.point(-1 if moment == "end" else moment).index)
@@ -133,7 +135,7 @@ def _index(curve: Any, moment: str | int, width: float) -> int | None:
 
 
 def _moved(curve: Any, index: int) -> tuple[Array, Array]:
-    """Displacements [m] and rotation vectors [rad] of the blocks at a sample, by its number, shape (n, 3) each.
+    """Displacements [m] and rotation vectors [rad] of blocks at a sample, (n, 3) each.
 
     They count from the model as it was built: settling under its own weight is a part of them.
     """
@@ -172,12 +174,18 @@ def _draw_joints(ax: Axes, view: elevation.Elevation, motion: RigidMotion, curve
 
 
 def _heading(curve: Any, index: int, name: str) -> str:
-    """A moment of a curve in words, by the number of its sample, with the widest opening of a joint."""
+    """A moment of a curve in words, with the widest opening of a joint.
+
+    ``index`` is the number of its sample, ``name`` what the moment is called.
+    """
     widest = 1e3 * float(np.nan_to_num(curve.opening[index]).max(initial=0.0))
     return f"{point_text(curve, index, name)}, widest opening {widest:.2g} mm"
 
 
 def point_text(curve: Any, index: int, name: str) -> str:
-    """A moment of a curve in words: its name, load [N] and displacement [m], by the number of its sample."""
+    """A moment of a curve in words: ``name``, load [N] and displacement [mm].
+
+    ``index`` is the number of its sample.
+    """
     point = curve.point(index)
     return f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm"

@@ -1,4 +1,4 @@
-"""Deformed shapes of a simulation with their finite rotations, and animations of them.
+"""Deformed shapes of a simulation, with finite rotations, and films of them.
 
 ``model`` is the assembly that was simulated, of n blocks and k interfaces.
 """
@@ -189,7 +189,7 @@ def cracked_joints(model: Assembly, motion: RigidMotion, crack: float | None) ->
 
 
 def _joint_movements(model: Assembly, motion: RigidMotion) -> tuple[Array, Array]:
-    """Largest opening and sliding at the corners of every interface, seen from block a [m].
+    """Largest opening and sliding at corners of every interface, from block a [m].
 
     Returns
     -------
@@ -236,7 +236,7 @@ def moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Array
 
 
 def _checked(model: Assembly, shift: ArrayLike, quaternion: ArrayLike) -> tuple[Array, Array]:
-    """Displacements [m] and rotation vectors [rad] of all blocks, shape (n, 3) each, or what is wrong with them.
+    """Displacements [m] and rotation vectors [rad], (n, 3) each, or what is wrong.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Everything that an investigation found, as a folder of files: report, pictures, table of the causes, page."""
+"""All that an investigation found, as a folder: report, pictures, table, page."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ from limitmason.storage.files import save_figure, write_text
 
 
 def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> list[Path]:
-    """Write report.txt, diagnosis.html, pictures, rehearsals if any, causes.csv, verdict.json.
+    """Write report.txt, diagnosis.html, pictures, causes.csv, verdict.json.
+
+    Rehearsals too, if there are any.
 
     Parameters
     ----------
@@ -58,7 +60,7 @@ def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> 
 
 
 def write_causes(path: str | Path, answer: Any) -> None:
-    """Write the causes of a diagnosis, ``answer``, as a CSV table, one row per cause and per kept pair."""
+    """Write the causes of ``answer`` as CSV, a row per cause and kept pair."""
     # "unit": that of the row, which stands in "unit of size"
     units = {
         "cause": "-", "acts on": "-", "unit of size": "-", "kept": "-", "size": "unit", "low": "unit", "high": "unit",

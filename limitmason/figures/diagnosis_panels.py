@@ -1,4 +1,4 @@
-"""The picture of a diagnosis: residuals before and after, sizes of the causes, distances between them, the gain.
+"""The picture of a diagnosis: residuals, sizes, distances of causes, the gain.
 
 ``result`` is a diagnosis; places and lengths on a sheet are in inches, from its upper left corner.
 """
@@ -35,7 +35,7 @@ _KEPT = (style.BLUE, style.GREEN, style.PURPLE, style.ORANGE)
 
 
 class _Sheet:
-    """A page filled downwards to ``depth``: blocks ask for a height, axes are placed once the whole height is known."""
+    """A page filled downwards to ``depth``; axes are placed once its height is known."""
 
     def __init__(self) -> None:
         """Begin an empty page, whose width is that of an A4 page's text."""
@@ -46,11 +46,11 @@ class _Sheet:
         self._texts: list[tuple[Any, float, float]] = []
 
     def text(self, x: float, y: float, text: str, **options: Any) -> None:
-        """Add text at x from the left and y from the top [in]; ``options`` are those of ``Figure.text``."""
+        """Add text at x from the left and y from the top [in]; ``options`` of the figure."""
         self._texts.append((self.figure.text(0, 0, text, **{"va": "top", **options}), x, y))
 
     def axes(self, x: float, y: float, width: float, height: float) -> Axes:
-        """New axes ``width`` by ``height`` whose upper left corner lies at x from the left and y from the top [in]."""
+        """New axes of a size, their upper left corner at x and y from the top left [in]."""
         ax = self.figure.add_axes((0, 0, 0.1, 0.1), label=f"axes {len(self._axes)}")
         self._axes.append((ax, (x, y, width, height)))
         ax.tick_params(labelsize=6.5, width=0.5, length=2.5, colors=style.FAINT)
@@ -68,7 +68,7 @@ class _Sheet:
             self.depth += 0.135 * len(lines)
 
     def close(self) -> Figure:
-        """Place everything on the final page, whose parts matplotlib counts from below, and return it."""
+        """Place everything on the final page, which counts from below, and return it."""
         total = self.depth + 0.08
         self.figure.set_size_inches(_PAGE, total)
         for ax, (x, y, width, height) in self._axes:
@@ -82,7 +82,7 @@ class _Sheet:
 def diagnosis(
     result: Any, *, units: Mapping[str, str] | None = None, quantity: str = "", title: str | None = None
 ) -> Figure:
-    """The picture of a verdict: residuals, sizes, distances between causes, predictions.
+    """The picture of a verdict: residuals, sizes, distances, predictions.
 
     Parameters
     ----------
@@ -114,7 +114,7 @@ def _colours(result: Any) -> dict[tuple[str, ...], str]:
 
 
 def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
-    """Write title and verdict in large letters at the head of the sheet, and what it is about in small ones."""
+    """Write title and verdict in large letters, and what it is about in small ones."""
     if title:
         sheet.text(style._INSET, sheet.depth, title, fontsize=style._FONT, color=style.FAINT, gid="title")
         sheet.depth += 0.2
@@ -141,7 +141,9 @@ def _count(result: Any) -> str:
 
 
 def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
-    """Draw the residuals of baseline and kept explanations along every covariate, a column for each explanation.
+    """Draw residuals along every covariate, a column for each kept explanation.
+
+    The baseline has a column too.
 
     Where nothing is kept the panels of the baseline stand side by side. ``units`` are those of the covariates.
     """
@@ -196,7 +198,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
 
 
 def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
-    """What the panels show: ``noise`` is its standard deviation [%], ``left_out`` are covariates without a panel."""
+    """What the panels show; ``noise`` is its deviation [%], ``left_out`` has no panel."""
     markers = kinds_note(result.design.kinds)
     parts = ["Points: specimens; line: trend along the covariate"]
     if markers:
@@ -213,18 +215,18 @@ def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
 
 
 def _residual(result: Any, names: tuple[str, ...]) -> np.ndarray:
-    """Residuals log(measured / predicted) [-], shape (n,), of the causes ``names``; () is the baseline."""
+    """Residuals log(measured / predicted) [-], (n,), of ``names``; () is the baseline."""
     return result.residuals[" + ".join(names) if names else "baseline"]
 
 
 def _noise_band(result: Any) -> float:
-    """Standard deviation of the noise [%]: as stated, of all specimens in the mean, or as estimated from the data."""
+    """Standard deviation of the noise [%]: as stated, in the mean, or as estimated."""
     sd = result.noise_sd if result.noise.kind == "unknown" else float(np.mean(result.design.scale))
     return 100.0 * sd
 
 
 def _column_title(result: Any, names: tuple[str, ...]) -> str:
-    """The causes ``names`` with the root mean square of what they leave [%]; () is the baseline."""
+    """The causes ``names``, () for none, with the error that they leave [%]."""
     error = 100.0 * float(np.sqrt(np.mean(_residual(result, names) ** 2)))
     return f"{' + '.join(names) if names else 'baseline'}: error {error:.1f}\N{NO-BREAK SPACE}%"
 
@@ -241,7 +243,7 @@ def with_unit(name: str, units: Mapping[str, str]) -> str:
 
 
 def _sizes(sheet: _Sheet, result: Any) -> None:
-    """Draw every listed cause between its bounds: fitted size, interval, what would have been seen."""
+    """Draw every listed cause between its bounds: size, interval, what would be seen."""
     listed = result.listed
     row = 0.205 if len(listed) <= 12 else 0.165  # height of each; chosen: long lists stay on the page
     named = bool(result.kept)
@@ -303,7 +305,7 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
 
 
 def _unseen(cause: Any, seen: Sequence[float | None]) -> tuple[float, float]:
-    """Least and largest size about the baseline of ``cause`` that would have stayed unseen, in its unit.
+    """Least and largest size of ``cause`` that would have stayed unseen, in its unit.
 
     Parameters
     ----------
@@ -318,7 +320,7 @@ def _unseen(cause: Any, seen: Sequence[float | None]) -> tuple[float, float]:
 
 
 def _seen_text(cause: Any, seen: Sequence[float | None]) -> str:
-    """In words from which size on a cause would have been seen; ``seen`` as in :func:`_unseen`."""
+    """From which size on a cause would have been seen; ``seen`` as in :func:`_unseen`."""
     if all(s is None for s in seen):
         return "never seen within its bounds"
     parts = [f"{s:.3g}" for s in seen if s is not None]
@@ -327,10 +329,13 @@ def _seen_text(cause: Any, seen: Sequence[float | None]) -> str:
 
 
 def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
-    """Draw the map of d2 on the left, and predicted against measured ``quantity`` on the right."""
+    """Draw the map of d2 left, and predicted against measured ``quantity`` right.
+
+    d2 are the squared distances between causes, see :func:`confusion.draw_distances`. Lengths are in inches.
+    """
     listed = result.listed
     square, left = 1.95, 0.45  # side of the second drawing, margin of the map
-    room = _PAGE - square - _RIGHT - 0.75  # left of the second drawing
+    room = _PAGE - square - _RIGHT - 0.75  # for the map: left of the second drawing and of its labels, .75
     cell = min(0.34, (room - left) / len(listed))
     side = cell * len(listed)
     sheet.heading("What this design can tell apart, and what the better model gains")
@@ -338,7 +343,7 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
     distances = result.distances
     text = "d2 of a true cause (row) to a rival (column), numbers as above"
     sheet.text(style._INSET, top, text, fontsize=7, color=style.FAINT)
-    ax = sheet.axes(left, top + 0.3, side, side)
+    ax = sheet.axes(left, top + 0.3, side, side)  # .3: the line of text above it
     draw_distances(ax, distances, cell, kept=[n for names in result.kept for n in names], named=False)
     beside = left + side + 1.6 < room  # 1.6 in is the width of the legend: it stands beside the map or under it
     place = {"bbox_to_anchor": (1.06, 1.02)} if beside else {"bbox_to_anchor": (0.0, 0.0), "ncols": 2}
@@ -346,12 +351,13 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
               labelspacing=0.25, columnspacing=1.0, **place)
     fit = sheet.axes(_PAGE - square - _RIGHT, top + 0.1, square, square)
     lines = _predicted(fit, result, quantity)
-    # as deep as the deeper of the two: the map with a legend that may stand under it, or the square with its own
+    # as deep as the deeper of the two: the map with a legend that may stand under it (.5), or the square with labels
+    # (.38) and a legend of its own, .13 a line
     sheet.depth = top + max(0.3 + side + (0.05 if beside else 0.5), 0.1 + square + 0.38 + 0.13 * lines)
 
 
 def _predicted(ax: Axes, result: Any, quantity: str) -> int:
-    """Draw predicted against measured ``quantity`` by baseline and best explanation; return the lines of its legend."""
+    """Draw predicted against measured ``quantity``; return the lines of its legend."""
     measured = np.asarray(result.measured)
     sets: list[tuple[tuple[str, ...], Any, str, str]] = [((), result.predicted(()), _BASE, "baseline")]
     for names, colour in list(_colours(result).items())[:1]:

@@ -1,4 +1,4 @@
-"""Assemblies drawn in elevation: blocks as closed outlines, fixed ones hatched, joints as lines and opened gaps.
+"""Assemblies in elevation: outlines, hatched fixed blocks, joints, opened gaps.
 
 ``view`` is what is drawn, on the axes ``ax``; ``width`` is that of lines, in points; ``moving`` are flags of the
 blocks, shape (n,), and ``motion`` moves them.
@@ -42,7 +42,9 @@ def window_of(windows: Sequence[Window]) -> Window:
 
 
 def with_held(low: Array, high: Array, held: Array, share: float) -> Array:
-    """Lowest and highest place of a drawing [m], shape (2, 2): all that moves, and of what is held a margin about it.
+    """Lowest and highest place of a drawing [m], (2, 2): what moves, and some more.
+
+    Of what is held a margin about it is shown.
 
     A wide ground seen whole would shrink the structure to a detail.
 
@@ -63,14 +65,14 @@ _HELD_SHOWN = 0.25
 
 
 class Elevation:
-    """Outlines of an assembly's blocks in one vertical plane, ready to be moved and drawn.
+    """Outlines of blocks in one vertical plane, ready to be moved and drawn.
 
     ``axes`` are the directions to the right and up, shape (3, 2); ``loops`` are the closed outlines of every block in
     space [m], shape (k, 3) each; ``order`` has the numbers of the blocks from behind to the front.
     """
 
     def __init__(self, assembly: Assembly, plane: Plane) -> None:
-        """Find the outlines of the blocks of ``assembly`` seen along the normal of ``plane``."""
+        """Find the outlines of blocks of ``assembly`` along the normal of ``plane``."""
         self.assembly = assembly
         self.plane = plane
         self.axes = np.column_stack([plane.axis_1, plane.axis_2])
@@ -81,7 +83,7 @@ class Elevation:
 
     @property
     def axis_names(self) -> tuple[str, str]:
-        """Labels of the axes to the right and up; a wall turned against x and y has no letter along it."""
+        """Labels of the axes to the right and up; a turned wall has no letter along it."""
         a = self.plane.axis_1
         for name, unit in (("x", 0), ("y", 1)):
             if abs(abs(a[unit]) - 1.0) < 1e-9:
@@ -104,7 +106,7 @@ class Elevation:
         return out
 
     def frame(self, motion: RigidMotion | None = None) -> Window:
-        """Window of the free blocks before and after the motion, and of the fixed ones in a margin about them."""
+        """Window of free blocks before and after the motion, and fixed ones in a margin."""
         free = np.flatnonzero(~self.assembly.fixed)
         points = self._corners(free if len(free) else np.arange(self.assembly.n_blocks))
         if motion is not None and len(free):
@@ -118,7 +120,7 @@ class Elevation:
         return Window(low - margin, high + margin)
 
     def _corners(self, blocks: Index, motion: RigidMotion | None = None) -> Array:
-        """Places on the page of all points of the outlines of ``blocks``, moved or not [m], shape (k, 2)."""
+        """Places on the page of outlines of ``blocks``, moved or not [m], shape (k, 2)."""
         pairs = [(int(i), loop) for i in blocks for loop in self.loops[i]]
         rows = [(loop if motion is None else motion.moved(loop, i)) @ self.axes for i, loop in pairs]
         return np.concatenate(rows) if rows else np.zeros((0, 2))
@@ -130,7 +132,7 @@ class Elevation:
         return float(np.median([np.ptp(np.concatenate(self.loops[i]) @ self.axes, axis=0).min() for i in rows]))
 
     def segments(self, interfaces: Index, motion: RigidMotion | None = None) -> tuple[Array, Array]:
-        """Ends of interfaces in the plane as carried by block a and by block b [m], shape (k, 2, 2) each.
+        """Ends of interfaces in plane, by block a and by block b [m], (k, 2, 2) each.
 
         An interface is a line here: its ends are its extreme corners along that line.
 
@@ -154,7 +156,7 @@ def draw_blocks(
     ax: Axes, view: Elevation, width: float, *, motion: RigidMotion | None = None, moving: Flags | None = None,
     outline: str = style.OUTLINE,
 ) -> None:
-    """Draw the blocks as three collections: free and moving, free and still, fixed (grey, hatched).
+    """Draw the blocks as three collections: moving, still, and fixed (hatched).
 
     Parameters
     ----------
@@ -199,7 +201,10 @@ _DENSE = 150
 
 
 def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
-    """Draw the original outlines of ``moving`` blocks, dashed and over the displaced ones unless they are many."""
+    """Draw original outlines of ``moving`` blocks, dashed, unless they are many.
+
+    They lie over the displaced ones.
+    """
     rows = np.flatnonzero(moving)
     if not len(rows):
         return
@@ -211,7 +216,10 @@ def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
 
 
 def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMotion, width: float) -> None:
-    """Draw the gap of moving joints filled, and both its faces as lines, in the colour of opening or sliding."""
+    """Draw the gap of moving joints filled, and their faces as coloured lines.
+
+    The colour is that of opening or of sliding.
+    """
     for flags, colour, gid in ((joints.opens, style.OPENING, "opening"), (joints.slides, style.SLIDING, "sliding")):
         rows = np.flatnonzero(flags)
         if not len(rows):
@@ -257,7 +265,10 @@ def set_frame(ax: Axes, view: Elevation, frame: Window) -> None:
 
 
 def label_blocks(ax: Axes, view: Elevation, scale: float) -> None:
-    """Write names at the blocks' centroids, as large as fits them, at most 7 pt; ``scale`` of the drawing in pt/m."""
+    """Write names at the blocks' centroids, at most 7 pt; ``scale`` in pt/m.
+
+    They are as large as fits.
+    """
     for i, block in enumerate(view.assembly.blocks):
         x, y = view.assembly.centroids[i] @ view.axes
         wide, high = scale * np.ptp(np.concatenate(view.loops[i]) @ view.axes, axis=0)

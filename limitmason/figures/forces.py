@@ -1,4 +1,4 @@
-"""Joint forces at collapse: resultants as segments at the centres of pressure, and lines of thrust.
+"""Joint forces at collapse: resultants at centres of pressure, lines of thrust.
 
 ``ax`` are the axes that are drawn on; ``axes`` project places in space on the page, shape (3, 2); ``thickest`` is the
 width of the largest force, in points.
@@ -110,7 +110,9 @@ def tie_forces(model: Assembly, prediction: Prediction) -> Array:
 def _draw_segments(
     ax: Axes, forces: JointForces, rows: Index, axes: Array, length: float, thickest: float
 ) -> None:
-    """Draw one segment per interface through its centre of pressure, along the resultant.
+    """Draw a segment per interface through its centre of pressure.
+
+    It lies along the resultant.
 
     Parameters
     ----------
@@ -132,7 +134,9 @@ def _draw_segments(
 
 
 def _draw_thrust_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Array, thickest: float) -> None:
-    """Draw a polyline as thick as the force, and a dot at every centre of pressure, blue at the friction limit.
+    """Draw a polyline as thick as the force, and a dot at centres of pressure.
+
+    It is blue at the friction limit.
 
     Parameters
     ----------

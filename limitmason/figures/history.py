@@ -1,4 +1,4 @@
-"""Curves of a simulation: load against displacement, and any recorded quantity against steps, time or another one."""
+"""Curves of a simulation: load against displacement, and any recorded quantity."""
 
 from __future__ import annotations
 
@@ -155,7 +155,10 @@ def history_curves(
 
 
 def _looks() -> Iterator[dict[str, Any]]:
-    """Colour and line style of one curve after the other, without end; no style repeats soon, so grey will do too."""
+    """Colour and line style of one curve after the other, without end.
+
+    No style repeats soon, so that grey will do too.
+    """
     return ({"color": c, "linestyle": _LINES[k % len(_LINES)]} for k, c in enumerate(cycle(style.SERIES)))
 
 
@@ -165,7 +168,7 @@ def _is_multiplier(curve: Any) -> bool:
 
 
 def _by_label(curves: Any) -> list[tuple[str, Any]]:
-    """Pairs of label and curve, one for every curve to draw; the label is empty where a curve has none.
+    """Pairs of label and curve to draw; the label is empty where a curve has none.
 
     Parameters
     ----------
@@ -200,11 +203,16 @@ def _measured_curves(measured: Any) -> list[tuple[str, Any]]:
 
 
 def _measured_levels(measured: Any) -> list[tuple[str, float]]:
-    """Names and measured forces [kN] of an experiment that has no curve; none of anything else.
+    """Names and measured forces [kN] of an experiment without a curve, else none.
 
     Parameters
     ----------
     measured : an experiment or its method ``curve``; also a curve, several or None, which have no levels
+
+    Raises
+    ------
+    InputError
+        For an experiment with neither a measured curve nor a measured force.
     """
     test = getattr(measured, "__self__", measured)
     if not hasattr(test, "recipe") or _measured_curves(test):
@@ -250,7 +258,9 @@ def _curve(curve: Any, block: int | str | None, direction: Any, label: str) -> t
 
 
 def _driven(history: Any) -> int:
-    """Number of the one block with a recorded reaction in a ``history`` that is not wholly fixed in the assembly.
+    """Number of the one recorded block of ``history`` that is not wholly fixed.
+
+    Recorded is its reaction.
 
     Supports have a recorded reaction too, but are not driven.
     """
@@ -262,7 +272,7 @@ def _driven(history: Any) -> int:
 
 
 def _finish(ax: Axes, own: bool, xlabel: str, ylabel: str, title: str | None, caption: str | None) -> Figure:
-    """Write labels of axes, legend, title and caption of a diagram, and return its figure.
+    """Write labels, legend, title and caption of a diagram, and return its figure.
 
     Parameters
     ----------

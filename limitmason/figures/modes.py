@@ -58,7 +58,7 @@ def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str |
 
 
 def _drawn(modes: Modes, number: int, reach: float) -> Array:
-    """Motions in a mode as drawn: displacements [m], and rotations of blocks [rad], shape (n, 3) or (n, 6).
+    """Motions in a mode as drawn: [m], and rotations of blocks [rad], (n, 3 or 6).
 
     Parameters
     ----------
@@ -79,7 +79,9 @@ def _drawn(modes: Modes, number: int, reach: float) -> Array:
 def mac_matrix(
     mac: Mac, *, names: tuple[str, str] = ("first", "second"), title: str | None = None, caption: str | None = None
 ) -> Figure:
-    """Matrix of the modal assurance criterion, the best of each row framed where it is 0.5 or more.
+    """Matrix of the modal assurance criterion, the best from 0.5 on framed.
+
+    They are the best of each row.
 
     Parameters
     ----------
@@ -118,5 +120,5 @@ def mac_matrix(
 
 
 def _ticks(frequency: Array) -> list[str]:
-    """Number, from 1, and frequency [Hz] of every mode, the number alone where none is known (NaN)."""
+    """Number from 1 and frequency [Hz] of every mode, without it where it is NaN."""
     return [f"{i + 1}" if np.isnan(f) else f"{i + 1}\n{f:.1f} Hz" for i, f in enumerate(frequency)]

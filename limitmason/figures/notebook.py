@@ -1,4 +1,4 @@
-"""Which figure belongs to which object: what ``plot()`` returns and a notebook shows below its words."""
+"""Which figure belongs to which object: what ``plot()`` and a notebook show."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ for kind, draw in {
 
 
 def html(shown: Any) -> str:
-    """Picture of ``shown`` as an SVG element, or empty where there is none or it would take long."""
+    """Picture of ``shown`` as SVG, or empty where there is none or it takes long."""
     model = shown.structure if isinstance(shown, Prediction) else shown
     model = shown.system.carrier if isinstance(shown, Modes) else model  # what carries a mode may be no assembly
     if isinstance(model, Assembly) and model.n_blocks > MANY:

@@ -1,4 +1,4 @@
-"""What of a block is drawn: its outline in a plane, its edges in space, without the cuts between its convex pieces.
+"""What of a block is drawn: outline in a plane, edges in space, no inner cuts.
 
 ``assembly`` is the structure; ``tolerance`` is the distance up to which places are one [m]; ``normals`` and ``offsets``
 are those of the faces of every piece, shapes (f, 3) and (f,).
@@ -29,7 +29,7 @@ _IN_PLANE = 1e-3
 
 
 class Edge(NamedTuple):
-    """A visible edge of a convex piece: its two ends [m] and the numbers of the faces that meet there."""
+    """A visible edge of a convex piece: its ends [m] and the numbers of its faces."""
 
     start: Array
     end: Array
@@ -37,7 +37,7 @@ class Edge(NamedTuple):
 
 
 def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
-    """The vertical plane in which a single-leaf structure is drawn in elevation, or None when it needs 3-D.
+    """The vertical plane of a single-leaf structure, or None when it needs 3-D.
 
     Every free block is then a prism across the plane, all at one depth, and the mechanism, if given, moves in it.
 
@@ -79,14 +79,20 @@ def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
 
 
 def elevation_plane(normal: Array) -> Plane:
-    """Plane looked at along a horizontal normal: the horizontal axis points right, z up, the viewer at -normal."""
+    """Plane looked at along a horizontal normal, from the side of -normal.
+
+    The horizontal axis points right, z up.
+    """
     p = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
     z = np.array([0.0, 0.0, 1.0])
     return Plane(np.cross(p, z), z, p, 0.0)
 
 
 def _one_leaf(assembly: Assembly, rows: Index, p: Array) -> bool:
-    """Whether blocks ``rows``, by number, are prisms across the plane with unit normal p, all at one depth."""
+    """Whether blocks ``rows``, by number, are prisms across the plane, at one depth.
+
+    ``p`` is its unit normal, shape (3,).
+    """
     low, high, off = [], [], []
     for i in rows:
         h = assembly.blocks[i].vertices @ p
@@ -99,7 +105,7 @@ def _one_leaf(assembly: Assembly, rows: Index, p: Array) -> bool:
 
 
 def elevation_loops(block: Block, plane: Plane, tolerance: float) -> list[Array]:
-    """Closed outline of a block seen in elevation, as points of its surface [m], list of shape (k, 3).
+    """Closed outline of a block in elevation, points of it [m], list of (k, 3).
 
     Edges that two convex pieces share are left out, so a concave block shows one outline.
 
@@ -132,7 +138,11 @@ def elevation_loops(block: Block, plane: Plane, tolerance: float) -> list[Array]
 
 
 def _front(part: Solid, plane: Plane) -> Array:
-    """Corners of the silhouette of the piece ``part`` [m], counter-clockwise for the viewer, shape (n, 3)."""
+    """Corners of the silhouette of ``part`` [m], counter-clockwise, shape (n, 3).
+
+    The viewer is at -normal: the least depth is in front. A face in front keeps corners within a straight side, where
+    neighbours end; a hull drops them.
+    """
     v = part.vertices
     depth = v @ plane.normal
     slack = 1e-9 * max(float(np.ptp(v, axis=0).max()), 1e-300)  # of depths that are one but for rounding [m]
@@ -143,7 +153,8 @@ def _front(part: Solid, plane: Plane) -> Array:
         # of a prism seen along its length the face in front has all corners of the silhouette, in order
         if 2 * len(rows) == len(v) and (depth[rows] <= depth.min() + slack).all():
             others = np.setdiff1d(np.arange(len(v)), rows)
-            # each corner behind lies on the page at one in front: the piece is seen along its length
+            # each corner behind lies on the page at one in front, to a millionth of the piece (chosen): it is seen
+            # along its length
             reach = np.linalg.norm(flat[others][:, None] - flat[rows][None], axis=2).min(axis=1)
             if (reach <= 1e-6 * max(float(np.ptp(flat, axis=0).max()), 1e-300)).all():
                 return v[rows]
@@ -151,7 +162,7 @@ def _front(part: Solid, plane: Plane) -> Array:
 
 
 def _labels(flat: Array, tolerance: float) -> Index:
-    """For every point of ``flat`` [m], shape (n, 2), the number of the first point within ``tolerance`` of it [m]."""
+    """For every point of ``flat`` [m], (n, 2), the first one within ``tolerance`` [m]."""
     label = np.full(len(flat), -1, dtype=np.intp)
     for i in range(len(flat)):
         if label[i] < 0:
@@ -161,7 +172,7 @@ def _labels(flat: Array, tolerance: float) -> Index:
 
 
 def _through(flat: Array, label: Index, i: int, j: int, tolerance: float) -> list[int]:
-    """Labels along the edge i-j: its ends and every vertex of another piece that lies on it.
+    """Labels along the edge i-j: its ends and vertices of other pieces on it.
 
     Parameters
     ----------
@@ -185,7 +196,7 @@ def _through(flat: Array, label: Index, i: int, j: int, tolerance: float) -> lis
 
 
 def _chained(directed: dict[tuple[int, int], int]) -> list[list[int]]:
-    """Closed loops of vertices, by number, that use every directed edge as often as it is counted."""
+    """Closed loops of vertices, by number, that use each directed edge as counted."""
     after: dict[int, list[int]] = {}
     for (u, v), times in directed.items():
         if times:
@@ -208,7 +219,7 @@ def _chained(directed: dict[tuple[int, int], int]) -> list[list[int]]:
 
 
 def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
-    """For every convex piece of one block, those of its edges that are edges of the block too.
+    """For every convex piece of a block, those of its edges that are the block's.
 
     An edge of a piece is cut where faces of other pieces cross it; a stretch is dropped when the block is flat or solid
     all around it, which a small circle of points about its middle tells.
@@ -241,7 +252,9 @@ def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
 def _stretches(
     a: Array, b: Array, own: int, normals: list[Array], offsets: list[Array], tolerance: float
 ) -> list[tuple[float, float]]:
-    """Parts of an edge between the faces of other pieces that cross it: start and end as shares of its length [-].
+    """Parts of an edge between crossing faces of other pieces, by start and end [-].
+
+    They are shares of its length.
 
     Parts shorter than twice the tolerance are left out: what is about their middle cannot be told.
 
@@ -263,7 +276,9 @@ def _stretches(
 
 
 def _is_edge(middle: Array, along: Array, normals: list[Array], offsets: list[Array], tolerance: float) -> bool:
-    """Whether a block has an edge at a place: points around it are neither all inside nor half of them in a row.
+    """Whether a block has an edge at a place, by points around it.
+
+    They are then neither all inside nor half of them in a row.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Pages of HTML that need nothing else: their style, and figures, tables and lists as parts of them."""
+"""Pages of HTML that need nothing else: style, figures, tables and lists."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ enlarged a little."""
 
 
 def write_page(path: str | Path, title: str, parts: Sequence[str]) -> Path:
-    """Write ``parts``, each of them HTML, as one page under each other and return its path; ``title`` is plain text."""
+    """Write ``parts``, HTML each, as a page under plain ``title``; return its path."""
     text = (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
@@ -50,7 +50,7 @@ def write_page(path: str | Path, title: str, parts: Sequence[str]) -> Path:
 
 
 def image(figure: Figure, description: str) -> str:
-    """HTML of a figure whose picture is part of the page; ``description`` is read out where it is not seen."""
+    """HTML of a figure as part of the page; ``description`` is read out."""
     buffer = io.BytesIO()
     figure.savefig(buffer, format="png", dpi=_DOTS)
     data = base64.b64encode(buffer.getvalue()).decode("ascii")

@@ -1,4 +1,4 @@
-"""Hidden surfaces without a depth buffer: convex pieces sorted so that none is painted over by one behind it.
+"""Hidden surfaces without a depth buffer: pieces sorted, those behind first.
 
 Sorting faces by mean depth, as ``mpl_toolkits.mplot3d`` does, puts a long ground slab in front of the blocks on it.
 Two convex pieces that a face of one of them separates are told by its plane, which of them can hide the other: the
@@ -25,7 +25,7 @@ from limitmason.geometry.polyhedron import face_planes, group_by_topology
 
 
 class Camera(NamedTuple):
-    """Parallel projection: unit vectors to the right and up on the page, and towards the viewer."""
+    """Parallel projection: unit vectors right and up on the page, and to the viewer."""
 
     right: Array
     up: Array
@@ -41,7 +41,9 @@ VIEWPOINT_DEG = (-58.0, 22.0)
 
 
 def camera(azimuth_deg: float, elevation_deg: float) -> Camera:
-    """Camera that looks at the origin from ``azimuth_deg``, counted from x towards y, and ``elevation_deg``.
+    """Camera that looks at the origin from an azimuth and an elevation [deg].
+
+    ``azimuth_deg`` counts from x towards y.
 
     From straight above or below no direction would be up on the page.
     """
@@ -54,14 +56,17 @@ def camera(azimuth_deg: float, elevation_deg: float) -> Camera:
 
 
 class FacePlanes(NamedTuple):
-    """Face planes of every piece, padded: outward normals (p, f, 3), offsets (p, f) [m], NaN beyond the count."""
+    """Face planes of pieces, padded by NaN: normals (p, f, 3), offsets (p, f) [m].
+
+    Normals point outwards.
+    """
 
     normal: Array
     offset: Array
 
 
 def piece_faces(solids: Sequence[Solid]) -> FacePlanes:
-    """Outward normals and offsets of the faces of all pieces, padded to the most faces that one has."""
+    """Outward normals and offsets of faces of all pieces, padded to the most."""
     widest = max(len(s.faces) for s in solids)
     normal, offset = np.full((len(solids), widest, 3), np.nan), np.full((len(solids), widest), np.nan)
     for faces, members, vertices in group_by_topology(solids):
@@ -158,7 +163,7 @@ def _hiding(solids: Sequence[Solid], faces: FacePlanes, view: Camera) -> tuple[I
 def _which_in_front(
     i: Index, j: Index, corners: Array, faces: FacePlanes, towards: Array, size: float
 ) -> tuple[Index, Flags, Array]:
-    """Which piece of every pair hides the other, told by the faces of both as planes between them.
+    """Which piece of every pair hides the other, by faces as planes between them.
 
     Edges of both are no planes here: two pieces that only a plane along two edges separates count as overlapping.
 
@@ -201,7 +206,9 @@ def _which_in_front(
 def _sorted_by_depth(
     n: int, behind: list[int], before: list[int], depth: Array, sure: Sequence[float]
 ) -> list[int]:
-    """Numbers of pieces in the order in which to paint them: each after those behind it, the farthest first.
+    """Numbers of pieces in painting order: each after those behind it.
+
+    The farthest is first.
 
     In a cycle the piece goes first whose surest verdict of something behind it is the least sure.
 

@@ -1,4 +1,4 @@
-"""Plasticity maps of a wall of zoned blocks: zones at yield, yielded before, failed in tension."""
+"""Plasticity maps of a wall of zoned blocks: zones at yield, yielded, cracked."""
 
 from __future__ import annotations
 
@@ -32,7 +32,9 @@ MARKS = ("elastic", "at yield in shear", "yielded in shear before", "failed in t
 def plasticity(
     curve: Any, *, at: tuple[str | int, ...] = ("peak", "end"), scale: float | None = None, title: str | None = None
 ) -> Figure:
-    """Elevations of a driven wall, its zones coloured by how they have yielded or failed, one below the other.
+    """Elevations of a driven wall, zones coloured by how they yielded or failed.
+
+    They stand one below the other.
 
     Colours are those of :data:`MARKS`; each heading gives their shares of the number of zones.
 

@@ -1,4 +1,4 @@
-"""Panels of a diagnosis: residuals against one covariate, numbers or words, with the noise and the trend."""
+"""Panels of a diagnosis: residuals against a covariate, with noise and trend."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ POINTER = style.VERMILION
 
 
 def ordered_covariates(result: Any, covariates: Mapping[str, Sequence]) -> list[str]:
-    """Names of covariates, the one of the verdict first, then by the strength of the baseline's trend along them.
+    """Names of covariates: that of the verdict, then by the trend along them.
+
+    The trend is that of the baseline, the strongest first.
 
     Parameters
     ----------
@@ -53,7 +55,7 @@ def residual_panel(
     ax: Axes, width: float, column: Sequence, values: np.ndarray, limits: tuple[float, float],
     noise: float, colour: str, trend: str | None, *, first: bool, kinds: Sequence[str] = (),
 ) -> None:
-    """Residuals of one explanation against one covariate, with a trend of its own in each kind of data.
+    """Residuals of one explanation against a covariate, a trend by kind of data.
 
     Parameters
     ----------
@@ -105,7 +107,7 @@ def residual_panel(
 def _trend_lines(
     x: np.ndarray, values: np.ndarray, trend: str | None, *, numeric: bool
 ) -> Iterator[tuple[Sequence[float] | np.ndarray, Sequence[float] | np.ndarray]]:
-    """Lines of one trend: the mean of every label or of few levels, else a straight line or a parabola.
+    """Lines of a trend: means of labels or levels, else a line or a parabola.
 
     Parameters
     ----------
@@ -137,7 +139,7 @@ def kinds_note(kinds: Sequence[str]) -> str:
 
 
 def _ticks(levels: np.ndarray) -> np.ndarray:
-    """Places of ticks: the ``levels``, shape (k,), increasing, where they are few and apart, else round numbers.
+    """Places of ticks: ``levels``, (k,), if few and apart, else round numbers.
 
     Up to four that lie a fifth of the axis apart do not write over each other.
     """

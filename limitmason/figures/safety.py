@@ -1,4 +1,4 @@
-"""Safety drawn: loads that are safe at once, axles on a bridge, and the verdict of a code."""
+"""Safety drawn: loads safe at once, axles on a bridge, the verdict of a code."""
 
 from __future__ import annotations
 
@@ -73,7 +73,10 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
 
 
 def _finished(ax: Axes, own: bool, title: str | None, text: str, handles: list[Any]) -> Figure:
-    """The figure of ``ax`` with title, caption ``text`` and a legend of ``handles``, its page being its own or not."""
+    """The figure of ``ax`` with title, caption ``text`` and a legend of ``handles``.
+
+    Its page is its own or not.
+    """
     if own:
         style.frame(ax, None)
         return style.finished(style.figure_of(ax), title, text, handles)
@@ -164,7 +167,7 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
 
 
 def _by_peaks(verdict: Assessment, title: str | None, text: str) -> Figure:
-    """Elastic spectra of SLD and SLV with their peaks, and what is set against these: a0* and, by q = 2, twice it.
+    """Elastic spectra of SLD and SLV with peaks, beside a0* and, by q = 2, twice it.
 
     ``text`` is the caption.
     """

@@ -1,4 +1,4 @@
-"""The report of one structure as one HTML page: what it is, what was assumed, and what all theories say of it.
+"""The report of one structure as one HTML page: what it is, and all theories.
 
 ``model`` and ``loads`` are the problem, ``compared`` is what the theories say.
 """
@@ -100,7 +100,7 @@ def structure_report(
 
 
 def _headline(compared: SideBySide) -> str:
-    """Sentence with the smallest upper bound, and with the smallest answer of all where that lies below it.
+    """Sentence with the smallest upper bound, and the smallest answer if below it.
 
     Larger upper bounds are left out: they say nothing beside the smallest.
     """
@@ -118,7 +118,7 @@ def _headline(compared: SideBySide) -> str:
 
 
 def _compared(compared: SideBySide) -> str:
-    """HTML table of the multipliers [-] by all theories, a row each, and of the test where there is one.
+    """HTML table of multipliers [-] by all theories, and of the test if there is one.
 
     A cell in a one-tuple holds a number: :func:`~limitmason.figures.page.table` sets it flush right.
     """
@@ -135,7 +135,7 @@ def _compared(compared: SideBySide) -> str:
 
 
 def geometry_facts(model: Assembly) -> list[str]:
-    """Sentences on the blocks, size, weight and supports of an assembly; of many held blocks the first are named."""
+    """Sentences on blocks, size, weight and supports; the first of many are named."""
     bounds = np.array([b.bounds for b in model.blocks])
     size = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
     held = [model.blocks[i].name for i in np.flatnonzero(model.held.any(axis=1))]
@@ -150,7 +150,7 @@ def geometry_facts(model: Assembly) -> list[str]:
 
 
 def load_facts(model: Assembly, loads: Loads) -> list[str]:
-    """Sentences on the sums of dead and live load; what acts on held degrees of freedom does not count."""
+    """Sentences on the sums of dead and live load on free degrees of freedom."""
     free = ~model.held
     out = [f"load case: {loads.name}"] if loads.name else []
     for label, wrench in (("dead", loads.dead * free), ("live, times the multiplier", loads.live * free)):
@@ -160,7 +160,7 @@ def load_facts(model: Assembly, loads: Loads) -> list[str]:
 
 
 def joint_table(model: Assembly) -> str:
-    """HTML of a table with every joint law, how many joints have it and their area [m2]."""
+    """HTML table of every joint law, how many joints have it and their area [m2]."""
     laws: dict[Joint, list[float]] = {}
     for i in model.interfaces:
         laws.setdefault(i.joint, []).append(i.area)

@@ -1,4 +1,4 @@
-"""Figures of comparisons and studies: theories beside a test, lines over a parameter, and histograms."""
+"""Figures of comparisons and studies: theories, lines over parameters, histograms."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _known(method: Any) -> bool:
 
 
 def colours_of(methods: Iterable[Any]) -> dict[Any, str]:
-    """A colour for each of ``methods``: its own where no other has it, else the next of the series that is free."""
+    """A colour for each of ``methods``: its own, or the next that is free."""
     out: dict[Any, str] = {}
     # known methods choose first: they keep their colours whatever stands beside them
     for method in sorted(dict.fromkeys(methods), key=lambda m: not _known(m)):
@@ -118,18 +118,20 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
 
 
 def _row_name(row: Any) -> str:
-    """Name of the method of a row, and under it what governs its answer, where it says so."""
+    """Name of the method of a row, and under it what governs its answer."""
     name, governing = _look(row.method).name, row.details.get("governing")
     return f"{name}:\n{governing}" if governing else name
 
 
 def _cut(text: str, width: int = 60) -> str:
-    """Text of at most ``width`` letters, the last of them dots where more would follow."""
+    """Text of at most ``width`` letters, ending in dots where more would follow."""
     return text if len(text) <= width else text[: width - 1] + "…"
 
 
 def _draw_published(ax: Axes, published: Mapping[str, Sequence[tuple[float, float]]]) -> list[Line2D]:
-    """Draw the points of every source, x and y in the units of the axes, and return entries for the legend.
+    """Draw the points of every source; return entries for the legend.
+
+    x and y are in the units of the axes.
 
     ``published`` has the points by the name of their source.
     """
@@ -191,7 +193,7 @@ def study_lines(
     edge = 0.5 * positive[0] if positive else 1.0
 
     def place(value: float) -> float:
-        """Where a value stands along x: zero, which a logarithmic axis does not have, at its left edge."""
+        """Where a value stands along x: zero on a logarithmic axis at its left edge."""
         return edge if log and value <= 0 else float(value)
 
     groups = list(dict.fromkeys(tuple(r.get(k) for k in by) for r in rows))
@@ -247,7 +249,7 @@ def study_lines(
 
 
 def _line_look(method: Any, number: int, colour: str, second: int) -> dict[str, Any]:
-    """Options of ``plot`` for a line: methods differ in colour and marker, groups of one method in fill and dashes.
+    """Options of ``plot`` of a line: colour and marker by method, fill by group.
 
     Parameters
     ----------
@@ -268,7 +270,7 @@ _NO_PARAMETER = frozenset(("low", "high", "status", "seconds"))  # columns of re
 
 
 def varied(table: Table, y: str = "multiplier") -> str:
-    """Name of the first column of ``table`` with numbers that differ and are neither y nor its range.
+    """First column of ``table`` with numbers that differ, not y nor its range.
 
     Raises
     ------
@@ -283,7 +285,9 @@ def varied(table: Table, y: str = "multiplier") -> str:
 
 
 def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, ...]:
-    """Columns that leave one value at every x of a line: the method, then those of few values that help most.
+    """Columns that leave one value at every x: the method, then those that help most.
+
+    Those of few values go first.
 
     Parameters
     ----------
@@ -314,7 +318,7 @@ def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, .
 
 
 def _group_name(by: Sequence[str], group: Sequence[Any]) -> str:
-    """Name of a line in the legend, from the columns that tell it apart: method, psi over phi (share), others.
+    """Name of a line in the legend, from the columns that tell it apart.
 
     Parameters
     ----------

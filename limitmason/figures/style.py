@@ -1,4 +1,4 @@
-"""Print style: page size from the structure's proportions, fonts, line widths, a palette for every colour vision.
+"""Print style: page size, fonts, line widths, a palette for every colour vision.
 
 The colour of a method is the ``look`` that its package declares in ``method.py``.
 """
@@ -95,7 +95,7 @@ def print_style(width: float | None = None) -> Iterator[None]:
 
 
 def page_width(usual: float = FULL_WIDTH) -> float:
-    """Width of the figure that is made [in]: that of :func:`print_style`, else the usual one."""
+    """Width of the figure made [in]: that of :func:`print_style`, else the usual one."""
     width = _width.get()
     return usual if width is None else width / 25.4
 
@@ -113,7 +113,10 @@ def needs_a_page(name: str) -> None:
 
 
 def enlarged(low: float, high: float) -> str:
-    """What to say of an axis from ``low`` to ``high`` that spans less than a tenth of its values, else empty."""
+    """What to say of an axis that spans less than a tenth of its values, else empty.
+
+    It goes from ``low`` to ``high``.
+    """
     top = max(abs(low), abs(high))  # an axis that shows zero enlarges nothing
     if not top > 0.0 or low * high <= 0.0 or abs(high - low) >= 0.1 * top:
         return ""
@@ -121,7 +124,7 @@ def enlarged(low: float, high: float) -> str:
 
 
 def in_print_style(function: Callable[..., Figure]) -> Callable[..., Figure]:
-    """Run a figure function under :func:`print_style`: settings outside stay as they were."""
+    """Run a figure function under :func:`print_style`; settings outside stay."""
 
     @functools.wraps(function)
     def wrapped(*args: Any, **options: Any) -> Figure:
@@ -181,14 +184,14 @@ def figure_of(ax: Axes) -> Figure:
 
 
 def blank(width: float, height: float, **options: Any) -> Figure:
-    """A figure ``width`` by ``height`` [in] that no window belongs to; ``options`` are those of ``Figure``."""
+    """A figure ``width`` by ``height`` [in] of no window; ``options`` of ``Figure``."""
     figure = Figure(figsize=(width, height), dpi=200, **options)
     FigureCanvasAgg(figure)
     return figure
 
 
 class Page:
-    """A drawing with equal axes on a page that fits it: title and caption above, legend below.
+    """A drawing with equal axes on a page that fits: title above, legend below.
 
     ``width`` and ``height`` are those of what is shown [m], ``room`` is the widest page [in], and ``inch`` the scale of
     the drawing [in/m]. ``own`` tells whether the page was made here.
@@ -202,7 +205,7 @@ class Page:
     """
 
     def __init__(self, extent: Iterable[float], ax: Axes | None, *, framed: bool = True, beside: float = 0.0) -> None:
-        """Take a page of its own, or the axes of the caller, and the scale at which the drawing fits."""
+        """Take a page of its own, or the caller's axes, and the scale that fits."""
         width, height = extent
         self.room = page_width() - beside
         self.own = ax is None
@@ -257,7 +260,7 @@ class Page:
         return figure
 
     def _finish_axes(self, title: str | None, text: str | None, handles: list[Any]) -> None:
-        """Title and caption ``text`` above, and a legend of ``handles`` below, the axes of the caller."""
+        """Title and caption above, and a legend of ``handles`` below the caller's axes."""
         ax = self.ax
         across = self.figure.get_size_inches()[0] * ax.get_position().width
         lines = textwrap.wrap(text, max(int(across / _LETTER), 24)) if text else []
@@ -274,7 +277,7 @@ class Page:
 
 
 def outline_width(inch: float, size: float, widest: float = 0.7) -> float:
-    """Width of outlines [pt] at a scale [in/m] for blocks of a ``size`` [m]: 3 % of it, which hides no small block."""
+    """Width of outlines [pt]: 3 % of a ``size`` [m] at ``inch`` in/m, to ``widest``."""
     return float(min(max(0.03 * 72.0 * inch * size, 0.12), widest))
 
 
@@ -288,14 +291,14 @@ def legend_shape(handles: list[Any], width: float) -> tuple[int, int]:
 
 
 def legend_below(figure: Figure, handles: list[Any], columns: int) -> None:
-    """Legend of ``handles`` at the foot of a figure that has its final size, or none without entries."""
+    """Legend of ``handles`` in columns at the foot of a figure of final size, or none."""
     if handles:
         figure.legend(handles=handles, loc="lower center", bbox_to_anchor=(0.5, 0.03 / figure.get_size_inches()[1]),
                       ncols=columns, fontsize=_SMALL, frameon=False, borderpad=0.0, borderaxespad=0.0)
 
 
 def paper(width: float, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
-    """A figure of one diagram, ``width`` by ``height`` [in], and its axes, or those of the caller."""
+    """A figure of one diagram [in] and its axes, or those of the caller."""
     if ax is not None:
         return figure_of(ax), ax
     figure, axes = panels(width, height)
@@ -303,13 +306,13 @@ def paper(width: float, height: float, ax: Axes | None) -> tuple[Figure, Axes]:
 
 
 def panels(width: float, height: float, rows: int = 1, columns: int = 1) -> tuple[Figure, list[Axes]]:
-    """A figure of several diagrams, ``width`` by ``height`` [in] in all, and their axes, row by row."""
+    """A figure of diagrams, ``width`` by ``height`` [in], and their axes row by row."""
     figure = blank(width, height, layout="constrained")
     return figure, list(figure.subplots(rows, columns, squeeze=False).flat)
 
 
 def finished(figure: Figure, title: str | None, text: str | None, handles: list[Any]) -> Figure:
-    """A figure of :func:`panels`, higher by title and caption ``text`` above and a legend of ``handles`` below."""
+    """A figure of :func:`panels`, higher by title, caption ``text`` and a legend."""
     width, height = figure.get_size_inches()
     heading, (columns, rows) = Heading(title, text, width), legend_shape(handles, width)
     foot = _ROW * rows + 0.06 if rows else 0.0
@@ -339,7 +342,7 @@ def frame(ax: Axes, title: str | None, caption: str = "") -> None:
 
 
 def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
-    """Equal axes labelled in metres by two ``names``; ticks, which are made after the style ends, have their sizes."""
+    """Equal axes in metres by two ``names``; late ticks get the sizes of the style."""
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel(f"{names[0]} [m]", color=FAINT)
     ax.set_ylabel(f"{names[1]} [m]", color=FAINT)
@@ -358,7 +361,7 @@ def pale(colour: str, share: float = 0.42) -> tuple[float, float, float]:
 
 
 def round_length(length: float) -> float:
-    """Largest of 1, 2, 5 times a power of ten that does not exceed a length; 1 for one without a size."""
+    """Largest of 1, 2, 5 times a power of ten up to a length; 1 for none."""
     if not length > 0.0 or not math.isfinite(length):
         return 1.0
     decade = 10.0 ** math.floor(math.log10(length))  # below: rounding takes no step away that is just reached
@@ -366,7 +369,7 @@ def round_length(length: float) -> float:
 
 
 def seen_at(shift: Array, length: float) -> float:
-    """Round factor of at least 1 that draws the largest component of ``shift`` [m] no longer than a length [m]."""
+    """Round factor from 1 on that draws all of ``shift`` within a length [m]."""
     return max(round_length(length / max(float(np.abs(shift).max()), 1e-300)), 1.0)
 
 
@@ -382,7 +385,7 @@ def force_text(force: float) -> str:
 
 
 def prediction_text(prediction: Any) -> str:
-    """Caption of a prediction: multiplier, bound, method with its flow rule, and the status where it is not solved."""
+    """Caption of a prediction: multiplier, bound, method, and status if not solved."""
     # a support that gives way is answered by its reaction; with no number at all the status says what there is to say
     settles = prediction.reaction is not None
     silent = math.isnan(prediction.collapse_multiplier) and not settles

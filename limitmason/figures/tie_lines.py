@@ -1,4 +1,4 @@
-"""Ties as lines over a drawing of blocks, in elevation or in space: those that yield in a mechanism, and the others.
+"""Ties as lines over a drawing of blocks: those that yield, and the others.
 
 ``model`` is the structure that they hold, ``ax`` are the axes that are drawn on.
 """
@@ -22,7 +22,7 @@ HELD, YIELDS = style.GREEN, style.PURPLE
 
 
 def stretching(model: Assembly, twists: Array, threshold: float) -> Flags:
-    """Ties that a mechanism stretches by more than a fraction of its fastest vertex, shape (t,).
+    """Ties that a mechanism stretches, by a part of its fastest vertex, (t,).
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ def draw_ties(
     ax: Axes, model: Assembly, project: Callable[[Array], Array], width: float, *, motion: RigidMotion | None = None,
     yields: Flags | None = None,
 ) -> list[Line2D]:
-    """Draw the ties over the blocks, as if these were of glass, and return entries for the legend.
+    """Draw the ties over the blocks, as if of glass; return legend entries.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Tilting tests: path of the reactions at the table, and their ratio while the table turns."""
+"""Tilting tests: path of the reactions at the table, and their ratio on the way."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ def tilt_test(
 
 
 def _check(label: str, test: Any) -> None:
-    """Refuse ``test``, named ``label``, where it does not carry the readings of a tilting test."""
+    """Refuse ``test``, named ``label``, without the readings of a tilting test."""
     missing = [name for name in _FIELDS if not hasattr(test, name)]
     if missing:
         raise InputError(f"tilting test {label!r} has no {missing[0]!r}; it must carry {', '.join(_FIELDS)}")
@@ -135,7 +135,7 @@ def _bounds(measured: float | tuple[float, float] | None) -> tuple[float, float]
 
 
 def _band(left: Axes, right: Axes, low: float, high: float) -> None:
-    """Draw the measured angle, from ``low`` to ``high`` [deg], as rays on the left and a level on the right.
+    """Draw the measured angle, ``low`` to ``high`` [deg], as rays and as a level.
 
     The ratio of the reactions of a wall at rest on a table is the tangent of the table's angle.
     """

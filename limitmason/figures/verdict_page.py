@@ -1,4 +1,4 @@
-"""A diagnosis as one self-contained HTML page: verdict first, then what it means, what it rests on, what to do next.
+"""A diagnosis as one HTML page: verdict, meaning, evidence, what to do next.
 
 ``result`` is a diagnosis, of which every function writes a part as HTML. Cells of tables that hold a number are
 one-tuples, see :func:`~limitmason.figures.page.table`; the row of the best explanation has the class "kept".
@@ -94,7 +94,7 @@ def diagnosis_page(
 
 
 def _gains(result: Any) -> str:
-    """HTML of what each kept explanation gains in errors and log scores, for the best eight."""
+    """HTML of what the best eight kept explanations gain in errors and log scores."""
     rows = []
     for names in result.kept[:_MOST_GAINS]:
         gain = result.gains[names]
@@ -118,7 +118,7 @@ def _gains(result: Any) -> str:
 
 
 def _causes(result: Any) -> str:
-    """HTML of the causes listed: physics, bounds, best fit, verdict, and the size that would have been seen."""
+    """HTML of the causes listed: physics, bounds, best fit, verdict, size seen."""
     rows = []
     for cause in result.listed:
         tested = result.verdict.tested[(cause.name,)]
@@ -138,7 +138,7 @@ def _causes(result: Any) -> str:
 
 
 def _distances(result: Any) -> str:
-    """HTML of how far every cause lies from the baseline and from its nearest rival, as d2."""
+    """HTML of how far every cause lies from baseline and nearest rival, as d2."""
     rows = [
         ("", [row["cause"], (f"{row['d2_baseline']:.0f}",), row["rival"], (f"{row['d2']:.1f}",)])
         for row in result.distances.table()
@@ -152,7 +152,7 @@ def _distances(result: Any) -> str:
 
 
 def _trials(trials: Rehearsal) -> str:
-    """HTML of the outcomes of blind trials, a row for each hidden cause; outcomes that never came have no column."""
+    """HTML of outcomes of blind trials, a row a cause; what never came is left out."""
     shown = [o for o in OUTCOMES if any(row.get(o) for row in trials.counts.values())]
     rows = [("", [row["hidden"], *((str(row[c]),) for c in ("trials", *shown))]) for row in trials.table()]
     text = "Hidden and listed causes share their tables: this tries the statistics, not the physics."
@@ -160,7 +160,7 @@ def _trials(trials: Rehearsal) -> str:
 
 
 def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
-    """HTML of the ``tests`` proposed next, with why and with their covariates in ``units``.
+    """HTML of the ``tests`` proposed next: why, and covariates in ``units``.
 
     A pool of specimens without covariates is told by what they print.
     """
@@ -177,7 +177,9 @@ def _next_tests(tests: Any, units: Mapping[str, str]) -> str:
 
 
 def _specimens(result: Any, units: Mapping[str, str], quantity: str) -> str:
-    """HTML of measured and predicted values specimen by specimen: by the baseline, and by the best explanation.
+    """HTML of measured and predicted values by specimen.
+
+    Predicted are those of the baseline and of the best explanation.
 
     Parameters
     ----------

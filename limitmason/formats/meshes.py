@@ -45,7 +45,8 @@ def read_solids(path: str | Path | Sequence[str | Path], *, scale: float = 1.0, 
     One from every file, or from every body where one file holds all.
 
     For blocks that meet, as a modelling program exports them. Notches and openings stay: ``Assembly.from_polyhedra``
-    divides what is not convex into convex parts of one rigid body. For scans with mortar between, :func:`read_stones`.
+    divides what is not convex into convex parts of one rigid body, and refuses a surface that is not closed. For scans
+    with mortar between, :func:`read_stones`.
 
     Parameters
     ----------

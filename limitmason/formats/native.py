@@ -35,6 +35,8 @@ loads
 recipe
     Anything. Keys that start with an underscore are comments.
 
+Which versions are read is judged in :mod:`limitmason.formats.document`.
+
 Contacts are found again on reading, with the stored tolerance; a file that says otherwise is refused. Interfaces that
 were changed after they were found carry their own ``polygon`` and ``normal``.
 """

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from limitmason.arrays import Array
 from limitmason.checks import not_negative, numbers, positive
 from limitmason.errors import InputError
-from limitmason.formats.mortar import grown
+from limitmason.formats.drawn_mortar import grown
 from limitmason.storage.files import needed
 
 SAME = 0.95
@@ -124,8 +124,8 @@ def clean(
 
     Notes
     -----
-    Stones grow as in :mod:`limitmason.formats.mortar`: they fill joints and notches, not openings or the space beside
-    the wall, and keep their total area. The thickness stays in ``Cleaned.mortar`` for the stiffness of the
+    Stones grow as in :mod:`limitmason.formats.drawn_mortar`: they fill joints and notches, not openings or the space
+    beside the wall, and keep their total area. The thickness stays in ``Cleaned.mortar`` for the stiffness of the
     joints, k = E_m / thickness and the like (:mod:`limitmason.mechanics.stiffness_from_moduli`). The weight of the
     mortar is counted at the density of the stones.
     """

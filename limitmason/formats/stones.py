@@ -1,4 +1,7 @@
-"""Scanned stones: triangle meshes in PLY, STL or OBJ, one file or body each, made to meet across their mortar."""
+"""Scanned stones: triangle meshes in PLY, STL or OBJ, one file or body each, made to meet across their mortar.
+
+They are grown in :mod:`limitmason.geometry.growing`; drawn outlines in :mod:`limitmason.formats.drawn_mortar`.
+"""
 
 from __future__ import annotations
 

@@ -25,7 +25,9 @@ class Faces(NamedTuple):
 
 
 class FacingPairs(NamedTuple):
-    """Pairs of faces that overlap in projection: the area common to both, placed midway between them.
+    """Pairs of faces that may overlap in projection: the area common to both, placed midway between them.
+
+    Pairs whose boxes overlap but not the faces are among them: they have no corners, area or width.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Limit analysis of rigid-block assemblies as cone programs: associative, non-associative, and what bounds what."""
+"""Limit analysis of rigid-block assemblies as cone programs, and what bounds what."""
 
 from limitmason.display.notebook import shows
 from limitmason.limit.analysis import limit_analysis

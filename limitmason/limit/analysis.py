@@ -147,7 +147,7 @@ def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, An
 
 
 def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[str, Any]) -> Prediction:
-    """Non-associative prediction, which counts as solved only when its certificate accepts it.
+    """Non-associative prediction, solved only when its certificate accepts it.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[st
 
 
 def _half_as_fine(assembly: Assembly, grid: Grid | Mapping[str, Grid]) -> dict[str, Grid]:
-    """Half as many points along and across the joints of every kind, but two at least: the ends of a joint."""
+    """Half as many points on the joints of every kind, but two at least: the ends."""
     kinds = {i.kind for i in assembly.interfaces}
     table = grid if isinstance(grid, Mapping) else dict.fromkeys(kinds, grid)
     return {kind: (max(2, (n + 1) // 2), max(2, (m + 1) // 2)) for kind, (n, m) in table.items()}

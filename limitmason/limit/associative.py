@@ -1,4 +1,4 @@
-"""Associative limit analysis: the static theorem and its mechanism from the dual, by the solvers that suit."""
+"""Associative limit analysis: the static theorem, and its mechanism from the dual."""
 
 import time
 from collections.abc import Iterator
@@ -49,7 +49,7 @@ REFINEMENTS = 6
 
 
 def solve_associative(problem: Problem, **settings: Any) -> Prediction:
-    """Largest multiplier that admissible joint forces can carry; problem and settings as for :func:`analyse`."""
+    """Largest multiplier of admissible joint forces; arguments as of :func:`analyse`."""
     return analyse(problem, **settings)[0]
 
 
@@ -62,7 +62,7 @@ def analyse(
     check_dead_load: bool = True,
     verbose: bool = False,
 ) -> tuple[Prediction, Problem]:
-    """Largest multiplier that admissible joint forces can carry, with normality between forces and motion.
+    """Largest multiplier of admissible joint forces, with normality to the motion.
 
     Maximise lambda subject to A f + w_dead + lambda w_live = 0 and the joint law; the dual is the mechanism.
 
@@ -108,7 +108,7 @@ def analyse(
 def _first_certified(
     problem: Problem, solver: str, *, torsion: float, tolerance: float, check_dead_load: bool, verbose: bool
 ) -> tuple[Prediction, float]:
-    """The first answer that its certificate accepts, or else the best, and the seconds spent in solvers [s].
+    """The first answer that its certificate accepts, or the best; seconds in solvers.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def _as_far_as_proven(best: Prediction, problem: Problem, *, unknown: bool) -> P
 
 
 def _attempts(problem: Problem, solver: str) -> Iterator[tuple[Problem, str]]:
-    """Scalings and solvers in the order in which they are tried until the certificate accepts an answer.
+    """Scalings and solvers in the order of trial until an answer is accepted.
 
     ``solver`` is the one asked for. Yields the problem in some scaling, and the solver for it.
     """
@@ -237,7 +237,7 @@ def _falls(prediction: Prediction) -> bool:
 
 
 def _rank(prediction: Prediction) -> tuple[int, float]:
-    """What sorts answers, the least first: (rank, worst figure of the certificate [-]).
+    """What sorts answers, least first: (rank, worst figure of the certificate [-]).
 
     Rank 0: accepted or proven. 1: solved, not accepted. 2: said to fall without proof. 3: nothing known.
     """
@@ -253,7 +253,9 @@ def _rank(prediction: Prediction) -> tuple[int, float]:
 
 
 def _sure(best: Prediction, problem: Problem) -> bool:
-    """Whether nothing else need be tried: accepted or proven, where loads lie far apart with something to spare.
+    """Whether nothing else need be tried: accepted or proven, and surely so.
+
+    Where loads lie far apart that takes something to spare.
 
     There a small block's residual, within what is accepted, may be worth more than that in the multiplier of the whole.
     """
@@ -264,7 +266,9 @@ def _sure(best: Prediction, problem: Problem) -> bool:
 def _dead_load_checked(
     problem: Problem, scaled: Problem, cones: Cones, solution: Solution, check: bool
 ) -> tuple[Solution, bool | None, Array | None, float]:
-    """Solution with the status that the dead load alone gives it, whether it stands, how it falls, and the seconds.
+    """Solution with the status by the dead load alone: whether it stands, or falls.
+
+    How it falls, and the seconds that this took [s], come with it.
 
     Whatever the program with live load says, a structure that falls without it has no multiplier: also where live load
     would hold it up for ever ("unbounded"), and where the solver stopped short.
@@ -305,7 +309,7 @@ def _dead_load_checked(
 
 
 def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
-    """Finer cells of cohesive faces, where the mechanism dissipates more on whole faces than in the cells.
+    """Finer cells of cohesive faces, where whole faces dissipate more than cells.
 
     Parameters
     ----------
@@ -340,7 +344,7 @@ def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
 
 
 def carry(problem: Problem) -> tuple[Resultants | None, Prediction | None]:
-    """Forces that carry the dead load alone; or None, and the proof that it falls where there is one.
+    """Forces that carry the dead load alone; or None, and a proof that it falls.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""From a solution of the static theorem's program to a prediction with its certificate."""
+"""From a solution of the static theorem to a prediction with its certificate."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ MOVES = 1e-4
 
 
 def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None, dict]:
-    """The motion by which the dead load falls, scaled to a mean velocity of one along it, and what it proves.
+    """The motion by which the dead load falls, at mean velocity one, and its proof.
 
     Its kinematic bound is for the dead load itself: the structure falls where less than all of it can be carried.
 
@@ -56,7 +56,9 @@ def prediction_from(
     problem: Problem, solution: Solution, torsion: bool, details: dict, tolerance: float, stands: bool | None,
     falling: Array | None,
 ) -> tuple[Prediction, float]:
-    """Unscaled, certified prediction from a scaled solution, and the seconds that the certificate's programs took.
+    """Unscaled, certified prediction from a scaled solution, and seconds it took [s].
+
+    They are those of the certificate's programs.
 
     Parameters
     ----------
@@ -125,7 +127,7 @@ def prediction_from(
 
 
 def _with_its_reason(problem: Problem, none: Prediction, stands: bool | None, falling: Array | None) -> Prediction:
-    """A prediction without a multiplier, with the reason as its warning, and the motion of a fall.
+    """A prediction without a multiplier: the reason as a warning, and how it falls.
 
     Parameters
     ----------
@@ -143,7 +145,7 @@ def _with_its_reason(problem: Problem, none: Prediction, stands: bool | None, fa
 
 
 def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple[Certificate, float]:
-    """Certificate; where the simple opening motions give too wide a gap, one is computed for this assembly.
+    """Certificate; where opening motions give too wide a gap, one is computed anew.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What an associative prediction says beside its number: why there is none, and what to know before it is used."""
+"""What an associative prediction says beside its number: reasons and warnings."""
 
 import numpy as np
 
@@ -66,7 +66,7 @@ def warnings_of(problem: Problem, prediction: Prediction, confinement: float, to
 
 
 def self_stress(confinement: float) -> list[str]:
-    """A warning where ``confinement``, the largest joint force over the total load [-], is large, else nothing."""
+    """A warning where ``confinement``, largest joint force over load [-], is large."""
     if not confinement > CONFINEMENT_WARNING:
         return []
     return [
@@ -76,7 +76,10 @@ def self_stress(confinement: float) -> list[str]:
 
 
 def twisted_faces(problem: Problem, prediction: Prediction) -> bool:
-    """Whether a face in space carries more torsion than ``TORSION`` times its strength in shear and its side."""
+    """Whether a face in space carries more torsion than a part of what it bears.
+
+    It is ``TORSION`` times its strength in shear and its side.
+    """
     resultants = prediction.resultants
     if problem.plane is not None or resultants is None:
         return False

@@ -1,4 +1,4 @@
-"""Axles that drive over an arch bridge: the multiplier of their load at every position."""
+"""Axles that drive over an arch bridge: the multiplier at every position."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The least thickness at which an arch, a dome or a vault can stand under its load."""
+"""The least thickness at which an arch, a dome or a vault can stand."""
 
 from collections.abc import Callable
 

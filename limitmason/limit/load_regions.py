@@ -1,4 +1,4 @@
-"""Search for the loads that are safe at once, from inside by forces and from outside by mechanisms."""
+"""Search for loads that are safe at once, inside by forces, outside by mechanisms."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def load_region(
     model = {"contact_model": contact_model, "grid": chosen_grid(contact_model, grid), "in_plane": in_plane}
 
     def region(made: Assembly, dead: Loads, limit: Array | None) -> LoadRegion:
-        """Region of a structure under its dead load, with multipliers up to ``limit`` (k,), None for no limit."""
+        """Region of a structure under its dead load, with a ``limit`` (k,) or None."""
         return _closed(_Support(made, dead, live, model), names, tolerance, limit, most)
 
     found = region(assembly, dead, limit)
@@ -148,7 +148,7 @@ def load_region(
 
 
 def _endless(assembly: Assembly, least: float) -> Assembly:
-    """The assembly as loads that grow without end find it: without cohesion and tensile strength.
+    """The assembly as endless loads find it: without cohesion and tensile strength.
 
     What has a largest force bears nothing beside such loads: joints that crush, and ties.
 
@@ -177,10 +177,10 @@ class _Farthest(NamedTuple):
 
 
 class _Support:
-    """Largest multipliers in a direction, with the forces at them and the half-plane of their mechanism."""
+    """Largest multipliers in a direction: forces, and the mechanism's half-plane."""
 
     def __init__(self, assembly: Assembly, dead: Loads, live: Array, model: dict[str, Any]) -> None:
-        """Scale the live loads to one size, so that directions of multipliers are comparable.
+        """Scale the live loads to one size, so that directions are comparable.
 
         Parameters
         ----------
@@ -244,7 +244,7 @@ class _Support:
         return forces if max(found.block_residual, found.joint_excess) <= OWN_RESIDUAL else None
 
     def half_plane(self, p: Problem, velocity: Array) -> HalfPlane | None:
-        """What a motion, as repaired, proves of all loads: sum of lambda_k w_k . v <= D(v) - w . v, or None.
+        """What a repaired motion proves: sum of lambda_k w_k . v <= D(v) - w . v, or None.
 
         A motion on which no load works has a normal of zeros: a negative offset then proves that the set is empty.
 
@@ -275,7 +275,7 @@ class _Support:
 
 
 def _names(cases: Sequence[Loads]) -> tuple[str, ...]:
-    """Name of every load case, no two alike: axes of a figure and columns of a file are told apart by it."""
+    """Name of every load case, no two alike: axes and columns go by it."""
     told = [c.name or f"case {k}" for k, c in enumerate(cases)]
     before = [told[:k].count(name) for k, name in enumerate(told)]
     return tuple(f"{name} ({n + 1})" if n else name for name, n in zip(told, before, strict=True))
@@ -346,7 +346,7 @@ def _closed(
 
 
 def _outwards(inner: Array, planes: list[HalfPlane], extent: Array, tolerance: float) -> tuple[list[Array], float]:
-    """Where the outer set stands out of the inner one: directions of multipliers outwards, and the gap [-].
+    """Where the outer set stands out of the inner one: directions, and the gap [-].
 
     The gap is the largest distance of a corner of the outer set from the inner one, over the diameter of that.
 

@@ -1,4 +1,4 @@
-"""Loads that are safe at once: a convex set between corners with forces and half-planes with mechanisms."""
+"""Loads that are safe at once: a convex set between corners and half-planes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NO_SIZE = 1e-12
 
 
 class HalfPlane(NamedTuple):
-    """Loads that a mechanism does not let pass: normal . multipliers <= offset, for a unit normal."""
+    """Loads that a mechanism lets pass: unit normal . multipliers <= offset."""
 
     normal: Array  # (k,)
     offset: float  # [-]

@@ -1,4 +1,4 @@
-"""How far a structure is from the state in which it no longer stands, as a multiplier with proven ends."""
+"""How far a structure is from not standing, as a multiplier with proven ends."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from limitmason.model.load import Loads
 
 
 class Margin(NamedTuple):
-    """How far a structure is from falling [-]: it stands if ``low`` is 0 or more, it falls if ``high`` is less."""
+    """How far from falling [-]: it stands if ``low`` >= 0, it falls if ``high`` < 0."""
 
     low: float  # proven by forces
     high: float  # proven by a motion
@@ -81,7 +81,10 @@ def standing_margin(assembly: Assembly, loads: Loads, **model: Any) -> Margin:
 
 
 def _pressed_evenly(problem: Problem) -> Array:
-    """Wrench of an even pressure in all joint faces on every block [N, N m], shape (n, 6), below what joints bear."""
+    """Wrench of an even pressure in all faces on every block [N, N m], shape (n, 6).
+
+    The pressure is below what joints bear.
+    """
     p, x = problem.points, problem.assembly.arrays
     # links after the interfaces are ties, which bear no pressure
     faces = p.interface < len(problem.assembly.interfaces)
@@ -142,7 +145,9 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
 
 
 def _close_in(margin: Callable[[float], Margin], at: float, ends: dict[bool, float], step: float) -> None:
-    """Bring both ends as near as can be proven to a value at which neither forces nor a motion is found.
+    """Bring both ends as near as can be proven to a value between them.
+
+    At it neither forces nor a motion is found.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Limit analysis as two methods: by the associative flow rule, and by that of the joints."""
+"""Limit analysis as two methods: associative flow, and that of the joints."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""What to cite for limit analysis: the theory, the search of the smallest multiplier, and the solver that was used."""
+"""What to cite for limit analysis: theory, search, and the solver used."""
 
 from collections.abc import Mapping
 from typing import Any

@@ -1,4 +1,4 @@
-"""Independent parts of an assembly: solved apart, each in units of its own load, and put together again.
+"""Independent parts of an assembly: solved apart, and put together again.
 
 Free blocks that no chain of joints between free blocks joins do not know of each other: what is held passes nothing on.
 Every part carries an interval of multipliers, so the whole carries what all of them do: the smallest upper end governs.
@@ -105,7 +105,7 @@ def governed(
 
 
 def _said_of(found: Prediction | None, live: bool) -> dict[str, Any]:
-    """Multiplier and status of a part: ``found`` is its answer, None where it was not solved.
+    """Multiplier and status of a part; ``found`` is its answer, or None.
 
     Without ``live`` load any multiplier is carried; else an interrupt came before.
     """
@@ -117,7 +117,7 @@ def _said_of(found: Prediction | None, live: bool) -> dict[str, Any]:
 
 
 def _of_part(prediction: Prediction, part: int, rows: tuple) -> Prediction:
-    """The prediction of one part as that of the whole, whose other parts have no forces in it.
+    """The prediction of one part as that of the whole, others without forces.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ def _of_part(prediction: Prediction, part: int, rows: tuple) -> Prediction:
 
 
 def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | None, value: float) -> Prediction:
-    """Prediction of a whole of which one part carries no dead load, or none at the governing multiplier.
+    """Prediction of a whole of which a part fails: under dead load, or at the end.
 
     Parameters
     ----------
@@ -186,7 +186,7 @@ def _carrying(
 
 
 def _weighted_sum(assembly: Assembly, shares: list[tuple[float, Resultants]]) -> Resultants:
-    """Sum of joint forces, each times its share [-]; ``shares`` pairs a share with the forces that it is of.
+    """Sum of joint forces by shares [-]; ``shares`` pairs each with its forces.
 
     Forces at different points keep a share of the area as well: cohesion and strengths count per area.
     """
@@ -222,7 +222,7 @@ def _joined(assembly: Assembly, forces: list[Resultants]) -> Resultants:
 def _whole(
     assembly: Assembly, loads: Loads, first: Prediction, lead: int, rows: tuple, forces: list[Resultants]
 ) -> Prediction:
-    """The governing part's prediction with the forces of all parts, certified as a whole.
+    """The governing part's prediction with forces of all parts, as certified.
 
     Parameters
     ----------

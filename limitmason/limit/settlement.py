@@ -1,4 +1,4 @@
-"""Settlement of a support: is the structure stable when a support gives way, and by which mechanism."""
+"""Settlement of a support: whether the structure stands, and its mechanism."""
 
 import math
 from collections.abc import Mapping
@@ -107,7 +107,9 @@ def _motion_of(direction: str | SupportMotion) -> SupportMotion:
 def least_reaction(
     assembly: Assembly, support: Group, direction: str | SupportMotion, loads: Loads | None, options: dict[str, Any]
 ) -> tuple[Prediction, float]:
-    """Answer of :func:`settlement_analysis` as far as one program gives it, and the reaction that counts as zero [N].
+    """Answer of :func:`settlement_analysis` by one program, and what is zero [N].
+
+    Below that a reaction counts as none.
 
     ``stands_without`` is right only for a least reaction that is not below zero.
 
@@ -171,7 +173,7 @@ def least_reaction(
 
 
 def _with_reaction(prediction: Prediction, total: float) -> Prediction:
-    """An answer in multipliers of the live load as one in reactions, R = -lambda times ``total`` [N]."""
+    """An answer in multipliers as one in reactions, R = -lambda ``total`` [N]."""
     reaction = Reaction()
     if np.isfinite(prediction.collapse_multiplier):
         least, c, ends = -prediction.collapse_multiplier * total, prediction.certificate, (math.nan, math.nan)
@@ -210,7 +212,7 @@ def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, i
 
 
 def released(assembly: Assembly, moved: list[int], freed: tuple[int, ...]) -> Assembly:
-    """The assembly with ``moved``, the blocks of a support, joined and free in some ways.
+    """The assembly with ``moved``, blocks of a support, joined and partly free.
 
     The first block of a group owns the joints and ties of all.
 

@@ -1,4 +1,4 @@
-"""Which solver takes a static theorem: Clarabel, which takes all, or this package's own, which is faster on large ones.
+"""Which solver takes a static theorem: Clarabel, or the own one on large ones.
 
 The own solver is compiled by numba and therefore loaded only when it is used. Its first call in a process costs 0.3 s
 (seconds where numba's cache on disk is still empty), so small problems go to Clarabel.
@@ -30,7 +30,7 @@ _log = logging.getLogger(__name__)
 
 
 def choose_solver(problem: Problem, solver: str = "auto") -> str:
-    """Name of the solver that "auto" stands for: "interior-point" for large problems it covers, else "clarabel".
+    """Solver that "auto" stands for: the own on large ones it covers, or Clarabel.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Which ties to add: chosen one by one from candidates, beside what all of them together would give."""
+"""Which ties to add, one by one, beside what all of them together would give."""
 
 from __future__ import annotations
 
@@ -143,7 +143,7 @@ def strengthen(
     most = len(ties) if most is None else count("most", most)
 
     def solved(names: Sequence[str]) -> list[tuple[float, Prediction]]:
-        """Multipliers and predictions of the load cases with ties of these ``names``, least first; -inf for a fall."""
+        """Multipliers and predictions with these ties, least first; -inf for a fall."""
         made = assembly.with_ties([*assembly.ties, *(ties[n] for n in names)])
         found = []
         for case in cases:
@@ -187,7 +187,7 @@ def strengthen(
 def _one_by_one(
     values: Callable[[Sequence[str]], tuple[float, ...]], names: list[str], most: int, target: float, least_gain: float
 ) -> list[str]:
-    """Names of ties in the order in which they raise the multipliers most, up to a target.
+    """Names of ties in the order in which they raise multipliers most, to a target.
 
     Parameters
     ----------
@@ -211,7 +211,7 @@ def _one_by_one(
 
 
 def _enough(values: Callable[[Sequence[str]], tuple[float, ...]], target: float, names: Sequence[str]) -> bool:
-    """Whether the smallest of the multipliers that ``values`` gives for ties of these names reaches the target."""
+    """Whether the smallest multiplier of ``values`` for these ties reaches the target."""
     return values(names)[0] >= target
 
 
@@ -236,7 +236,7 @@ class _SpentError(Exception):
 def _fewest(
     enough: Callable[[Sequence[str]], bool], chosen: list[str], names: list[str], most: int, known: Sized
 ) -> tuple[list[str], bool]:
-    """The smallest choice that is enough, of all or of those looked through, and whether it is proven to be.
+    """The smallest choice that is enough of those looked through, and if it is proven.
 
     Parameters
     ----------

@@ -140,7 +140,9 @@ def _joint(assembly: Assembly, name: str) -> int:
 
 
 def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, options: dict[str, Any]) -> Prediction:
-    """Answer with the greatest force against d through a cut: each joint bears on a plate without weight.
+    """Answer with the greatest force against d through a cut, joints on plates.
+
+    The plates have no weight.
 
     The plate passes any wrench on to the block behind it; the sum of these along d is what is multiplied.
 
@@ -170,7 +172,9 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
     unit[3:] = float(np.ptp(assembly.centroids, axis=0).max())
 
     def pairs(wrenches: Array) -> Array:
-        """Loads [N, N m] on all blocks and plates, shape (..., n + m, 6), from scaled ``wrenches`` (..., m, 6) [-].
+        """Loads on blocks and plates [N, N m], (..., n + m, 6), from scaled ``wrenches``.
+
+        They have shape (..., m, 6).
 
         They act on the plates, and equal and opposite on the block behind each.
         """

@@ -1,4 +1,4 @@
-"""The torsion estimate: every face limited to the torsion of uniform pressure about its own centre of pressure."""
+"""Torsion estimate: faces limited by even pressure about their own centres."""
 
 import numpy as np
 
@@ -43,7 +43,7 @@ LEAST_RADIUS = 1e-4
 def with_torsion_limit(
     problem: Problem, solution: Solution, tolerance: float, reduction: float, *, verbose: bool = False
 ) -> tuple[Solution, float, dict]:
-    """Repeat with every face's torsion limited about the centre of pressure of the last iterate.
+    """Repeat with torsion limited about the last centre of pressure of each face.
 
     The step towards the new forces shrinks (successive averages), so that faces whose pressure jumps from corner to
     corner settle. The value has settled when the last tenth of a per cent no longer moves; otherwise the spread of the
@@ -99,7 +99,7 @@ def with_torsion_limit(
 
 
 def torsion_limits(problem: Problem, force: Array) -> TorsionLimit:
-    """Centre of pressure and polar mean radius of the compressed area of every loaded interface.
+    """Centre and polar mean radius of the compressed area of every loaded interface.
 
     The compressed area is the part of the face that is symmetric about the centre of pressure, which carries its force
     under uniform pressure.

@@ -80,7 +80,7 @@ class LoadArrays(ReadOnly):
 
         Parameters
         ----------
-        dead, live : the factors [-]; with no live load left the case is called "dead loads"
+        dead, live : the factors [-]; where that takes the live load away the case is called "dead loads"
         """
         factor = {"dead": finite("dead", dead), "live": finite("live", live)}
         name = "dead loads" if live == 0.0 and self.live.any() else self.name

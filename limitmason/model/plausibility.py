@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.constants import GRAVITY
 
 _OWN = ("limitmason", "dem", "mechanisms", "dataclasses", "functools")
 _ANGLE_LIKE_RADIANS = 1.6  # a right angle in radians, rounded up
@@ -151,8 +152,8 @@ def warn_of_blocks(blocks: Sequence[Any], sizes: Array) -> None:
     density = np.array([b.density for b in blocks])
     heavy = float(np.median(density))
     if _DENSITY_LIKE_N_PER_M3[0] <= heavy <= _DENSITY_LIKE_N_PER_M3[1]:
-        warn(f"half the blocks have {heavy:g} kg/m3 or more, which looks like N/m3 ({heavy / 9.81:.4g} kg/m3)")
-    for low, high, unit, factor in ((_LIGHTEST, 10.0, "g/cm3", 1e3), (10.0, 35.0, "kN/m3", 1e3 / 9.81)):
+        warn(f"half the blocks have {heavy:g} kg/m3 or more, which looks like N/m3 ({heavy / GRAVITY:.4g} kg/m3)")
+    for low, high, unit, factor in ((_LIGHTEST, 10.0, "g/cm3", 1e3), (10.0, 35.0, "kN/m3", 1e3 / GRAVITY)):
         rows = np.flatnonzero((density >= low) & (density < high))
         if len(rows):
             first = blocks[int(rows[0])]

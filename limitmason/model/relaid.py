@@ -1,8 +1,11 @@
 """An assembly with other joint laws or materials: its blocks stay where they are."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from limitmason.arrays import Flags
 from limitmason.checks import choice, instance
 from limitmason.errors import InputError
 from limitmason.model.input import JointChoice, JointTable, read_fixed
@@ -12,6 +15,18 @@ from limitmason.model.material import Material
 from limitmason.model.moved import Laid
 
 _KINDS = {"base", "bed", "crack", "head"}  # of joints that builders make, whether or not the assembly has them
+
+
+def _known(interfaces: Iterable[Interface]) -> list[str]:
+    """Kinds of joints that builders make or the ``interfaces`` have, by name."""
+    return sorted(_KINDS | {i.kind for i in interfaces})
+
+
+def of_kind(interfaces: Sequence[Interface], kind: str | None) -> Flags:
+    """Which interfaces are joints of a kind, all where it is None, shape (k,); an unknown kind is refused."""
+    if kind is not None:
+        choice("kind", kind, _known(interfaces))
+    return np.array([kind is None or i.kind == kind for i in interfaces], dtype=bool)
 
 
 def with_joint_laws(
@@ -28,7 +43,7 @@ def with_joint_laws(
         raise InputError(f"kinds must be several names such as ('bed', 'base'), got the single word {kinds!r}")
     chosen = None if kinds is None else set(kinds)
     for kind in chosen or ():
-        choice("kinds", kind, sorted(_KINDS | {i.kind for i in assembly.interfaces}))
+        choice("kinds", kind, _known(assembly.interfaces))
     if isinstance(joints, Joint) or callable(joints):
         changed = _by_law(assembly.interfaces, joints, chosen)
     elif not isinstance(joints, Mapping):

@@ -152,7 +152,7 @@ class Memo:
             header = None
         schema = header.get("schema") if isinstance(header, dict) else None
         if schema == "limitmason-rows":
-            raise InputError(f"{self.path} was written by limitmason 0.2 or before: delete it, or give another file")
+            raise InputError(f"{self.path} was written before limitmason 0.2: delete it, or give another file")
         if schema != SCHEMA:
             raise InputError(f"{self.path} is not a store of runs of limitmason: give another file")
         if header.get("limitmason") != VERSION:

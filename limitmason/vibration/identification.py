@@ -59,7 +59,7 @@ class Identified(ReadOnly):
     warnings: tuple[str, ...] = ()
 
     def __str__(self) -> str:
-        """Table of frequencies and damping ratios."""
+        """Table of frequencies and damping ratios, and the warnings."""
         rows = [
             [str(k + 1), f"{f:.4g}", "-" if np.isnan(d) else f"{d:.2%}"]
             for k, (f, d) in enumerate(zip(self.frequency, self.damping, strict=True))

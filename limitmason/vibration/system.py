@@ -1,4 +1,8 @@
-"""What a model gives to be vibrated: stiffness, mass, and how its unknowns move points in space."""
+"""What a model gives to be vibrated: stiffness, mass, and how its unknowns move points in space.
+
+Blocks on joints, open ones left out, are assembled in :mod:`limitmason.vibration.blocks`, solids in
+:mod:`limitmason.continuum.solid`.
+"""
 
 from __future__ import annotations
 

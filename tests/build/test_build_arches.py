@@ -117,6 +117,8 @@ def test_arch_recipe_is_plain_data():
         ({"span": 2.0}, "give radius"),
         ({"voussoirs": 0}, "voussoirs must be a whole number"),
         ({"angle_deg": 340.0}, "angle_deg"),
+        ({"radius": None, "span": 2.0, "rise": 1.0, "angle_deg": 120.0}, "angle_deg goes with radius"),
+        ({"shape": "pointed", "radius": None, "span": 2.0, "rise": 1.5, "angle_deg": 180.0}, "not by radius"),
         ({"width": float("inf")}, "width must be a finite number"),
         ({"shape": "ogee"}, "shape must be one of"),
         ({"shape": "pointed"}, "span and rise"),

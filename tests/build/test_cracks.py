@@ -120,3 +120,18 @@ def test_a_cracked_wall_turned_is_the_same_and_runs_in_the_dem(tmp_path):
     lm.formats.write_json(tmp_path / "cut.json", cut)
     again, _ = lm.formats.read_json(tmp_path / "cut.json")
     assert [i.kind for i in again.interfaces] == [i.kind for i in cut.interfaces]
+
+
+def test_units_of_every_run_of_a_closed_plan_get_their_crack():
+    # a whole stretcher that stayed whole would be longer than three quarters of a unit
+    cut = wall(plan="box", return_length=1.6, unit_cracks=STRONG)
+    lengths = {}
+    for block in cut.blocks:
+        if block.axis is not None:
+            lengths.setdefault(block.name.split("-")[0], []).append(np.ptp(block.vertices @ block.axis))
+    assert set(lengths) == {"facade", "return", "rear"}
+    assert max(map(max, lengths.values())) < 0.75 * UNIT[0] * (1.0 + 1e-9)
+    # a square tower is the same from both ends: its rear wall has as many cracks as its facade
+    of = [sum(i.kind == "crack" and cut.blocks[i.block_a].name.startswith(run) for i in cut.interfaces)
+          for run in ("facade", "rear")]
+    assert of[0] == of[1] > 0

@@ -161,6 +161,31 @@ def test_a_missing_unit_weighs_less_and_touches_less():
     assert one.arrays.area / masonry.arrays.area == pytest.approx(np.where(touched, 0.5, 1.0))
 
 
+@pytest.mark.parametrize(("plan", "bond", "run", "across"), [
+    ("U", "running", "facade", 1), ("U", "running", "return-left", 0), ("straight", "header", "facade", 1),
+])
+def test_a_unit_is_missing_from_both_sides_of_the_wall_that_it_stands_in(plan, bond, run, across):
+    sides = {} if plan == "straight" else {"return_length": 1.6}
+    made = lm.build.wall(
+        length=1.6, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0), plan=plan, bond=bond, **sides
+    )
+    name = f"{run}-02-03"
+    model = made, lm.Loads.horizontal(made)
+    thin, _ = catalogue.missing_unit(unit=name).apply(0.5, *model)
+    part, k = np.array([1.0, 1.0, 1.0]), made.block_index(name)
+    part[across] = 0.5
+    middle = made.blocks[k].centroid[across]
+    beds = [(a, b) for a, b in zip(made.interfaces, thin.interfaces, strict=True)
+            if k in (a.block_a, a.block_b) and abs(a.normal[2]) > 0.5]
+    assert beds
+    for before, after in beds:
+        assert np.ptp(after.polygon, axis=0) == pytest.approx(part * np.ptp(before.polygon, axis=0), abs=1e-12)
+        ends = after.polygon[:, across]
+        assert 0.5 * (ends.min() + ends.max()) == pytest.approx(middle)
+    given, _ = catalogue.missing_unit(unit=name, direction=np.eye(3)[across]).apply(0.5, *model)
+    assert given.arrays.area == pytest.approx(thin.arrays.area, rel=1e-12)
+
+
 def test_bond_is_cohesion_and_tension_of_mortar():
     made, loads = softening_wall()
     law = extend("bond strength", 0.5, (made, loads))[0].interfaces[0].joint

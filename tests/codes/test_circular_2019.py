@@ -2,6 +2,7 @@
 
 import math
 import re
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 import limitmason as lm
 from limitmason import formats
 from limitmason.cli import main
+from limitmason.codes import circular_2019
 from limitmason.codes.mechanism_capacity import capacity_of
 from limitmason.codes.spectra import FloorSpectrum, GroundSpectrum, RecordSpectrum
 from limitmason.constants import GRAVITY
@@ -295,3 +297,12 @@ def test_spectra_that_make_no_sense_are_refused_by_name(spectrum, message):
         lm.assess(*wall(1), SITE, control=3)
     with pytest.raises(InputError, match="ground must be a GroundSpectrum"):
         FloorSpectrum(0.15, [0.3], [1.2])
+
+
+@pytest.mark.parametrize("length", [1.0, 1e3, 1e-3])
+def test_whether_blocks_turn_about_several_axes_does_not_hang_on_the_unit_of_length(length):
+    # velocities grow with it, turns stay; the second block turns about another axis
+    twists = np.array([[length, 0, 0, 0, 2e-3, 0], [length, 0, 0, 9e-4, 0, 0]])
+    plain = SimpleNamespace(mass_share=1.0, bodies=2)
+    for spins, words in ((twists, 1), (np.where(np.arange(6) == 3, 0.0, twists), 0)):
+        assert len(circular_2019._warnings(spins, np.full(2, length), (plain, plain))) == words

@@ -251,6 +251,8 @@ def test_first_crack_is_found_where_a_tilted_wall_opens():
     # the stack turns about its foot
     assert wall.interfaces[interface].kind == "base"
     assert h["multiplier"][sample] > 0.2
+    with pytest.raises(InputError, match="kind must be one of"):
+        h.first_crack(1e-4, "bases")
 
 
 def test_a_toppled_block_falls_on_its_side_and_comes_to_rest():

@@ -179,3 +179,32 @@ def test_a_crossing_is_made_on_both_edges_and_mass_that_joins_adds_no_energy():
         assert (np.abs(state.joints.arm_a[edges]) < 0.1 + 0.01 * 0.2 + 1e-12).all()
         assert (np.abs(state.joints.arm_b[edges]) < 0.1 + 0.01 * 0.2 + 1e-12).all()
     assert found > 20
+
+
+@pytest.mark.parametrize("damage", [0.0, 1.0])
+def test_a_crossing_slides_at_the_friction_that_the_damage_of_its_pair_has_left(damage):
+    """Stepping and measuring alike: tan(phi) undamaged, tan(phi_r) at full damage; no more is done there."""
+    x, peak, rest = 0.1, 35.0, 15.0
+    solids = [box((-2, -2, -1), (2, 2, -x)), box((-x, -x, -x), (x, x, x)), box((x, -x, -x), (3 * x, x, x))]
+    joint = lm.Joint(peak, cohesion=1e4, residual_cohesion=0.0, residual_friction_angle_deg=rest, normal_stiffness=1e8)
+    a = lm.Assembly.from_polyhedra(solids, joint=joint, fixed=[0, 1])
+    state = dem.initial_state(a, lm.Loads.weight(a), mode="dynamic", joint_options=dem.JointOptions(dashpot=0.0))
+    reach, high, deep = 0.1 * np.sqrt(2.0), np.array([0.0, 0.0, 5.0]), 1e-5
+    place(state, a, 1, edge_up(np.array([0, 0, 1.0]), np.array([1.0, 0, 0])), high)
+    place(state, a, 2, edge_up(np.array([0, 1.0, 0]), np.array([-1.0, 0, 0])), high + (2 * reach, 0, 0))
+    redetect(a, state, Pieces.of(a), margin=near_margin(a))
+    assert state.contact.tolist() == [kernels.CROSSING]
+    state.points.damage[:] = damage
+    state.bodies.shift[2, 0] -= deep
+    # the drive holds the second and moves it along its edge by far more than the elastic slip
+    none = lm.Loads(np.zeros((3, 6)), np.zeros((3, 6)))
+    along = {"x": 0.0, "y": 1e-3, "z": 0.0, "rx": 0.0, "ry": 0.0, "rz": 0.0}
+    drive = dem.Drive({"block-2": along}, duration=50 * state.dt)
+    h = dem.simulate(a, drive, loads=none, start=state, mode="dynamic", detect_every=None, sample=1)
+    force = h.state.measured(a).force[0]
+    normal = 1e8 * deep * (0.2 / 3.0) ** 2
+    mu = np.tan(np.deg2rad(rest if damage else peak))
+    assert abs(force[0]) == pytest.approx(normal, rel=1e-6)
+    assert np.hypot(force[1], force[2]) == pytest.approx(mu * normal, rel=1e-6)
+    assert np.hypot(*h.reaction_of("block-2")[-1, 1:3]) == pytest.approx(mu * normal, rel=1e-6)
+    assert h.state.points.damage.tolist() == [damage]

@@ -100,6 +100,8 @@ def test_a_slender_pier_rocks_at_its_weight_times_half_base_over_height():
     assert curve.mode.name == "rocking"
     assert curve.first_crack(0.1e-3, "base").where.startswith("base joint")
     assert curve.first_crack(0.1e-3, "head") is None
+    with pytest.raises(InputError, match="kind must be one of 'base', 'bed', 'crack', 'head', got 'beds'"):
+        curve.first_crack(0.1e-3, "beds")
     # joint 1 opens from 80 to 110 micrometres while joint 0 opens from none to 120: joint 1 is at 100 first, at 2/3
     opening = np.zeros_like(curve.opening)
     opening[3, 1], opening[4:, :2] = 80e-6, (120e-6, 110e-6)
@@ -354,6 +356,25 @@ def test_hopeless_contrasts_of_stiffness_are_refused_with_the_time_they_would_ta
     wall = opened().with_joints({"base": soft})
     with pytest.raises(InputError, match=r"would take about .* h.*'base' and .* softest"):
         dem.push(wall, PLATE, to=1e-4, settle=dem.Settle(tolerance=1e9), longest=5.0)
+
+
+def test_a_push_is_judged_by_its_time_where_its_structure_has_settled_but_nothing_was_driven(tmp_path):
+    soft = lm.Joint(30.0, cohesion=5e4, normal_stiffness=1e5, shear_stiffness=1e5)
+    wall, file = opened().with_joints({"base": soft}), tmp_path / "push.npz"
+    settle = dem.Settle(tolerance=1e9)
+
+    class Killed(Exception):
+        pass
+
+    def killed(sampled):
+        raise Killed
+
+    with pytest.raises(Killed):  # with steps of the user's own, of which nothing is predicted
+        dem.push(wall, PLATE, to=1e-4, settle=settle, steps=1000, checkpoint=file, progress=killed)
+    assert [p.name for p in tmp_path.iterdir() if "settled" in p.name]
+    assert not [p.name for p in tmp_path.iterdir() if "settled" not in p.name]
+    with pytest.raises(InputError, match="would take about"):
+        dem.push(wall, PLATE, to=1e-4, settle=settle, longest=5.0, checkpoint=file)
 
 
 # ---- combined damping

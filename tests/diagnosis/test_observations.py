@@ -246,6 +246,8 @@ def test_a_unit_that_is_off_a_name_that_is_there_twice_and_what_is_no_number_are
         asked = dataclasses.replace(found, verdict=verdict).next_tests(made.specimens, k=2)
         assert words in asked.reason
         assert len(asked.indices) == 2
+        with pytest.raises(InputError, match="costs must be positive"):
+            dataclasses.replace(found, verdict=verdict).next_tests(made.specimens, k=2, costs={"peak": 0.0})
     u = np.linspace(0.0, 1.0, 11)
     for wrong in (None, "3,5"):
         with pytest.raises(InputError, match="a number is needed, NaN where it is missing"):

@@ -188,7 +188,20 @@ def test_options_change_what_they_name_and_bad_ones_are_refused():
     assert bed(plain.with_options(residual="full")).residual_tensile_strength is None
     first = bed(experiments.load(SOURCE, "DS", calibration="first"))
     assert (first.friction_angle_deg, first.normal_stiffness) == pytest.approx((34.0, 2.4e11))
+    # a dry wall stays dry though its first calibration bonds it, and what that bond keeps is an assumption
+    dry = experiments.load(SOURCE, "DS", calibration="first")
+    assert first.name == bed(experiments.load(SOURCE, "DS")).name == "dry joint"
+    assert law.name == "mortar joint"
+    assert first.residual_cohesion == 0.0
+    assert not any("Mortar" in a for a in dry.assumptions)
+    assert any("gives dry joints is assumed to lose" in a for a in dry.assumptions)
+    assert any("layout of the regular one" in a for a in dry.assumptions)
     longer = plain.with_options(return_length=1.2)
+    said = [next(a for a in t.assumptions if a.startswith("The side walls")) for t in (plain, longer)]
+    assert said == [
+        "The side walls are assumed 1 m long: derived from the axis of the plan, 3.65 m.",
+        "The side walls are assumed 1.2 m long; 1 m are derived from the axis of the plan, 3.65 m.",
+    ]
     assert np.max([b.bounds[1, 1] for b in longer.assembly().blocks[1:]]) == pytest.approx(1.2)
     for options, message in (
         ({"residual": "some"}, "residual must be"),

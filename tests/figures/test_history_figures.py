@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import types
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -232,6 +233,8 @@ def test_every_record_has_its_figure(pushed):
     assert shown.axes[0].get_xlabel() == "step"  # in quasi-static mode time counts steps
     shaken = dem.simulate(COLUMN, dem.Hold(duration=0.01), mode="dynamic", sample=5)
     assert shaken.plot().axes[0].get_xlabel() == "time [s]"
+    with pytest.raises(InputError, match="nothing recorded"):
+        replace(pushed, shift=pushed.shift[:0], quaternion=pushed.quaternion[:0]).plot()
     with pytest.raises(InputError, match="no figure of a History with 'kinetic'"):
         pushed.plot("kinetic")
     assert "<svg" in pushed._repr_html_()

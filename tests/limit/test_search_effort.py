@@ -8,7 +8,7 @@ from walls import corner, running_bond, stack
 
 import limitmason as lm
 from limitmason.cli import main
-from limitmason.limit.nonassociative import force_program, proven_search
+from limitmason.limit.nonassociative import force_program, ordered_search
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.methods import predict_cases
 
@@ -179,7 +179,7 @@ def test_ctrl_c_in_a_proof_keeps_the_state_of_the_search(monkeypatch):
     def interrupted(*_, **__):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(proven_search, "prove_smallest", interrupted)
+    monkeypatch.setattr(ordered_search, "prove_smallest", interrupted)
     wall = stack([(0.2, 0.1)] * 4, mu=0.3)
     found = lm.limit_analysis(wall, lm.Loads.horizontal(wall), "non-associative")
     assert found.status == "interrupted"

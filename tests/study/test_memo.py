@@ -295,7 +295,7 @@ def test_a_file_cut_off_anywhere_goes_on_with_the_rows_before_the_cut(tmp_path):
         (lambda b: b"a table", "not a store of runs"),
         (lambda b: b.replace(b'"of": "k"', b'"of": "l"'), "another study"),
         (lambda b: b.replace(lm.__version__.encode(), b"0.1.0"), "written by limitmason 0.1.0"),
-        (lambda b: b'{"schema": "limitmason-rows", "version": 1, "key": "k"}\n', "0.2 or before"),
+        (lambda b: b'{"schema": "limitmason-rows", "version": 1, "key": "k"}\n', "before limitmason 0.2"),
     ],
 )
 def test_what_is_no_row_is_refused_by_file_and_line(tmp_path, change, words):

@@ -1,4 +1,4 @@
-"""Bootstrap p values: statistics of draws counted, batch by batch, until the answer is settled."""
+"""Bootstrap p values: draws counted, batch by batch, until the answer is settled."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field

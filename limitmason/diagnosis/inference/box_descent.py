@@ -18,7 +18,9 @@ TINY = 1e-30  # keeps the step finite along an axis without effect
 
 
 def descend(gram: Rows, gradient: Row, low: Array, high: Array) -> Array:
-    """Minimiser of m'Gm/2 - g'm within a box, all data sets at once: closed form up to two axes, else by sweeps.
+    """Minimiser of m'Gm/2 - g'm within a box, for all data sets at once.
+
+    Up to two axes it is in closed form, else by sweeps.
 
     Parameters
     ----------
@@ -74,6 +76,6 @@ def _descend_two(gram: Rows, gradient: Row, low: Row, high: Row) -> Array:
 
 
 def _clip(values: Array, low: Array, high: Array) -> Array:
-    """Values brought between two ends; faster than ``np.clip`` on the small arrays of a fit."""
+    """Values brought between ``low`` and ``high``, faster than ``np.clip`` if few."""
     out: Array = np.minimum(np.maximum(values, low), high)
     return out

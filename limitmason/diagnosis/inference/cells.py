@@ -1,4 +1,4 @@
-"""Cells of a grid: inner products of its node values, and the linear step of a fit within a cell.
+"""Cells of a grid: inner products of node values, and the linear step of a fit.
 
 ``gram`` are d rows of d arrays and ``slope`` and ``gradient`` d arrays, with one entry per data set; ``low`` and
 ``high`` are ends of a box, d arrays.
@@ -26,7 +26,7 @@ HALF_CELL = 0.5
 
 
 def column_slices(d: int, k: int) -> dict[str, slice]:
-    """Where each quantity stands in a row of ``Cells.table``, for d axes of which the last k are measured inputs.
+    """Where quantities stand in a row of ``Cells.table``: d axes, the last k inputs.
 
     ``index`` of the node along every axis; ``low`` and ``high``, the box of the step in cells; ``cross``, change
     towards the node before and after along every axis times node value; ``gram``, these 2 d changes with each other;
@@ -40,7 +40,7 @@ def column_slices(d: int, k: int) -> dict[str, slice]:
 
 
 class Cells:
-    """Inner products of the node values of a grid with each other, per node and neighbour.
+    """Inner products of the node values of a grid, per node and neighbour.
 
     With a node value F, the change S to a neighbour and data y, everything that a linear step needs is known from y F
     at the node and its neighbours: S (y - F) = (y F' - y F) - S F, and |y - F|^2 = |y|^2 - 2 y F + |F|^2. The step m
@@ -87,7 +87,7 @@ class Cells:
         self.filled = np.zeros(self.count, dtype=bool)  # rows whose inner products are made
 
     def _neighbours(self, has_side: np.ndarray) -> Index:
-        """Node before and after every node along every axis, shape (g, 2 d): all before, then all after.
+        """Node before and after every node along every axis, (g, 2 d), all before first.
 
         A node at the end of an axis is its own neighbour there: the change is then zero.
 
@@ -102,7 +102,7 @@ class Cells:
     def _quantities(
         self, index: Index, has_side: np.ndarray, norms: np.ndarray, node_z: list[np.ndarray]
     ) -> dict[str, np.ndarray]:
-        """Columns of the table by name, see :func:`column_slices`; inner products are zero until they are wanted.
+        """Columns of the table by name; inner products are zero until wanted.
 
         Parameters
         ----------
@@ -128,7 +128,9 @@ class Cells:
         }
 
     def products(self, y: Array, beside: Array, known: bool) -> Array:
-        """What nodes are ranked by, the largest best: y F - |F|^2 / 2, with + z Z - |Z|^2 / 2 if known, shape (b, g).
+        """What nodes are ranked by, the largest best: y F - |F|^2 / 2, shape (b, g).
+
+        Where the noise is known z Z - |Z|^2 / 2 is added.
 
         Parameters
         ----------
@@ -142,7 +144,7 @@ class Cells:
 
     @cached_property
     def ranks(self) -> Array:
-        """What measured inputs and one are multiplied by to rank the nodes where the noise is known."""
+        """What measured inputs and one are multiplied by to rank nodes in known noise."""
         return np.concatenate([self["z"].T, -self["half"].T])
 
     @cached_property
@@ -151,7 +153,7 @@ class Cells:
         return -0.5 * self["squares"].T
 
     def _norms(self) -> np.ndarray:
-        """Size of the change to the node before and after along every axis, shape (g, 2 d)."""
+        """Size of the change to the node before and after along every axis, (g, 2 d)."""
         out = np.zeros((self.count, 2 * self.d))
         step = max(1, HELD // max(self.nodes.shape[1], 1))
         for axis in range(self.d):
@@ -164,7 +166,7 @@ class Cells:
         return out
 
     def rows(self, columns: Index) -> np.ndarray:
-        """Rows of the table, shape (len of columns, its width); inner products are made where they are first wanted."""
+        """Rows of the table, (len of columns, width); products are made when first wanted."""
         missing = np.unique(columns[~self.filled[columns]])
         d, at = self.d, self.columns
         step = max(1, HELD // max(2 * d * self.nodes.shape[1], 1))
@@ -185,7 +187,7 @@ class Cells:
 
 @dataclass(frozen=True)
 class NodeData:
-    """What is known without data of the cells that b data sets lie in, data sets along the last axis."""
+    """What is known without data of the cells of b data sets, on the last axis."""
 
     index: Array  # of the node along every axis, (d, b)
     low: Array  # box of the step [cells], (d, b)
@@ -238,7 +240,7 @@ class GridStep:
 
 @dataclass(frozen=True)
 class StepData:
-    """What data sets know of the cell around a node: y times the node and its neighbours, or their values.
+    """What data sets know of the cell around a node: y times nodes, or their values.
 
     Parameters
     ----------
@@ -256,7 +258,7 @@ class StepData:
 
 @dataclass(frozen=True)
 class CellSums:
-    """What the step of every data set needs of the cell around its node, data sets along the last axis.
+    """What the step of every data set needs of its cell, sets along the last axis.
 
     Parameters
     ----------
@@ -277,7 +279,7 @@ class CellSums:
 
 
 def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inner: Sequence[Array] = ()) -> GridStep:
-    """One linear step in every cell: which way by the mean of the changes on both sides, how far by that side's.
+    """One linear step in every cell: which way by both sides, how far by that side.
 
     Parameters
     ----------
@@ -322,7 +324,7 @@ def stepped(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, i
 
 
 def _cell(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inner: Sequence[Array]) -> CellSums:
-    """Sums from which the linear step in a cell is found, for each data set at its node.
+    """Sums of the linear step in a cell, for each data set at its node.
 
     Inner products with the nodes are enough where every value has one weight. Weights that depend on the residuals need
     the residuals themselves.

@@ -1,4 +1,4 @@
-"""What a verdict hangs on: the same data judged again under other statements of the noise and without each specimen."""
+"""What a verdict hangs on: the same data judged again under other statements."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -53,7 +53,7 @@ def judge_again(
     design: Design, y: np.ndarray, rule: Rule, seed: int, pairs: bool, shares: Shares, unstated: tuple[str, ...] = (),
     progress: Callable[[str], None] | None = None,
 ) -> Checks:
-    """The verdict under unknown noise, without each specimen in turn, and with noise that some tests share.
+    """The verdict under unknown noise, without each specimen, and with shared noise.
 
     Few draws; the last two without pairs.
 
@@ -69,6 +69,7 @@ def judge_again(
     """
 
     def judged(design: Design, y: np.ndarray, draws: Draws, pairs: bool, shared: np.ndarray | None) -> CheckedVerdict:
+        """Verdict of a design on whitened data, with noise that some tests share."""
         decision = ConfidenceSet(design if shared is None else design.sharing(shared), draws, rule)
         verdict = decision.explained(y, decision.alarm(y, unstated), pairs)
         return CheckedVerdict(verdict.kind, verdict.causes)
@@ -114,7 +115,7 @@ def _unestimated(covariates: Mapping, shares: Shares) -> dict[str, Sequence]:
 
 
 def _other(plain: CheckedVerdict, answer: CheckedVerdict) -> bool:
-    """Whether another verdict contradicts: another kind of answer, or no cause in common."""
+    """Whether another verdict contradicts: another kind, or no cause in common."""
     named = ("cause", "either")
     if plain.kind in named and answer.kind in named:
         return not set(plain.causes) & set(answer.causes)

@@ -1,4 +1,4 @@
-"""Bootstrap confidence set of causes, then of pairs, behind a gate for "none" and a guard for scatter.
+"""Bootstrap confidence set of causes, then pairs, behind a gate and a guard.
 
 ``y`` are the whitened values of a data set, shape (n,), or of several, (b, n); ``replicate`` the redrawn variances of
 replicates, (b,), and ``shape`` a statistic of trends, (b,).
@@ -41,7 +41,7 @@ class ConfidenceSet:
         self.count = min(rule.draws, len(draws.errors))
 
     def drawn(self, names: Names, fit: BestFit, rows: slice | None = None) -> Drawn:
-        """Data drawn from a fitted explanation, as many as the rule takes where no rows are named."""
+        """Data drawn from a fitted explanation, as many as the rule takes by default."""
         return self.design.drawn(names, fit, self.draws, rows or slice(0, self.count))
 
     @cached_property
@@ -50,7 +50,7 @@ class ConfidenceSet:
         return self.design.trends.along(self.draws.errors[: self.count])
 
     def _trend_drawn(self, names: Names, fit: BestFit) -> Callable[[slice, BestFit], np.ndarray]:
-        """The statistic of trends in what is left of data drawn from a fit, by their rows and the fits to them."""
+        """Statistic of trends in what fits leave of drawn data, by rows and fits."""
         trend, sd = self.design.trend_of(names), self.design.noise_of(names, fit)
         at = self.design.trends.along(self.design.predicted(names, fit)[0])
         return lambda rows, again: trend(at + sd * self._errors_along[rows], again)
@@ -87,7 +87,7 @@ class ConfidenceSet:
         )
 
     def alarm(self, y: np.ndarray, unstated: tuple[str, ...]) -> Verdict:
-        """The verdict of the gate, an alarm of which must outlast noise that tests share unstated.
+        """The verdict of the gate; an alarm must outlast noise shared unstated.
 
         Half of the noise's variance is taken as shared by the tests that the best cause acts on. With g the groups of
         specimens that the cause with the largest gain acts on much and little, and C the correlation that is carried so
@@ -121,11 +121,17 @@ class ConfidenceSet:
         return replace(verdict, doubt=doubt, kind=verdict.kind if holds else VerdictKind.NONE)
 
     def _scatter_within_groups(self, null: BestFit, groups: np.ndarray) -> float:
-        """Share of draws that scatter about the means of the groups as much as the data do."""
+        """Share of draws that scatter about the groups' means as the data do.
+
+        Parameters
+        ----------
+        groups : 1 where two specimens are of one group, else 0, shape (n, n)
+        """
         y, z, replicate = self.drawn((), null)
         inside = np.eye(self.design.n) - groups / groups.sum(axis=1)
 
         def within(fit: BestFit, replicate: np.ndarray) -> np.ndarray:
+            """Statistic of the scatter about the means of the groups, shape (b,)."""
             return self._scatter(((self.design.apart(fit.residuals) @ inside) ** 2).sum(axis=1), replicate)
 
         drawn = within(self.design.fit((), y, z, replicate), replicate)
@@ -213,7 +219,7 @@ class ConfidenceSet:
         )
 
     def _gated(self, null: BestFit, singles: Mapping[Names, BestFit]) -> tuple[Tally, float]:
-        """Statistics of the gate counted among data drawn from the baseline, and the gain that is critical there.
+        """Statistics of the gate among draws from the baseline, and the critical gain.
 
         Parameters
         ----------
@@ -236,7 +242,7 @@ class ConfidenceSet:
             return drawn
 
         def enough(t: Tally) -> bool:
-            """Whether more draws would not change what the gate says: all quiet, or an alarm whose kind is settled.
+            """Whether more draws would not change the gate: quiet, or a settled alarm.
 
             An alarm by scatter alone is also held against the guard, which needs half of all draws at least.
             """
@@ -275,14 +281,14 @@ class ConfidenceSet:
         return out
 
     def _residuals(self, fit: BestFit, replicate: np.ndarray, shape: np.ndarray) -> dict[str, np.ndarray]:
-        """Trend of the residuals of fits, and their scatter where it can be held against a stated noise."""
+        """Trend of the residuals of fits, and scatter where it is held against noise."""
         out = {"shape": shape}
         if self.design.like.kind != "unknown":
             out["scatter"] = self._scatter(fit.loss + fit.penalty, replicate)
         return out
 
     def _scatter(self, loss: np.ndarray, replicate: np.ndarray) -> np.ndarray:
-        """Statistic of "more scatter than stated": the loss over the (redrawn) replicate variance."""
+        """Statistic of "more scatter than stated": loss over the replicate variance."""
         return loss / replicate if self.design.like.kind == "replicates" else loss
 
     def _hopeless(self, fit: BestFit, deficit: float) -> bool:
@@ -308,6 +314,7 @@ class ConfidenceSet:
         tally, trend = Tally({k: float(v[0]) for k, v in observed.items()}, thresholds), self._trend_drawn(names, fit)
 
         def draw(rows: slice) -> dict[str, np.ndarray]:
+            """The statistics of the residuals of some of the draws."""
             y, z, replicate = self.drawn(names, fit, rows)
             again = self.design.fits([names], y, z, replicate)[0]
             return self._residuals(again, replicate, trend(rows, again))
@@ -319,7 +326,7 @@ class ConfidenceSet:
         return add_draws(tally, draw, enough, self.count)
 
     def _deficit(self, names: Names, fit: BestFit, observed: float, rivals: Iterable[Names]) -> Tally:
-        """Log-likelihood deficit against the best rival, on data drawn from the explanation's own fit.
+        """Log-likelihood deficit against the best rival, on draws from the own fit.
 
         Parameters
         ----------

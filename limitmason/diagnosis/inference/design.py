@@ -1,4 +1,4 @@
-"""One design and one list of causes: whitened grids, recorded columns, trends, likelihood, and data drawn from fits.
+"""One design and one list of causes: grids, columns, trends, likelihood, draws.
 
 ``y`` are the whitened values of data sets, shape (b, n), ``z`` their measured inputs in standard deviations, (b, k),
 ``replicate`` redrawn variances of replicates, (b,), and ``weights`` 1 for values that are used, (b, n).
@@ -23,7 +23,7 @@ Names = tuple[str, ...]
 
 
 class Listed(Protocol):
-    """What the statistics know of a cause: its name, the size that is no effect, and the sizes that are possible."""
+    """What the statistics know of a cause: name, size without effect, and sizes."""
 
     @property
     def name(self) -> str:
@@ -44,7 +44,9 @@ class Listed(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Design:
-    """Tables of one design in units of its noise, measured from the baseline prediction at the measured inputs.
+    """Tables of one design in units of its noise, from the baseline prediction.
+
+    That is the one at the measured inputs.
 
     Parameters
     ----------
@@ -126,14 +128,14 @@ class Design:
     # ---- data ----------------------------------------------------------------------------------------------------
 
     def whiten(self, values: np.ndarray) -> np.ndarray:
-        """Measured values as differences from the baseline in units of the noise, shape (..., n)."""
+        """Measured values less the baseline in units of the noise, shape (..., n)."""
         values = np.asarray(values, dtype=float)
         if self.log is None or self.log.all():
             return (np.log(values) - self.origin) / self.scale
         return (np.where(self.log, np.log(np.where(self.log, values, 1.0)), values) - self.origin) / self.scale
 
     def turned(self, values: np.ndarray) -> np.ndarray:
-        """Values per specimen, in units of the noise, in the coordinates of this design, shape (..., n)."""
+        """Values by specimen, in units of noise, in this design's coordinates, (..., n)."""
         return values if self.mix is None else values @ self.mix.T
 
     def apart(self, values: np.ndarray) -> np.ndarray:
@@ -190,7 +192,7 @@ class Design:
         return self.fits([model], y, z, replicate, residuals=True, weights=weights)[0]
 
     def trend_of(self, names: Names) -> Callable[[np.ndarray, BestFit], np.ndarray]:
-        """The statistic of trends in what fits of an explanation leave, by data along the trends and these fits.
+        """Statistic of trends in what fits leave, by data along trends and these fits.
 
         No residual of a data set is formed: of a thousand numbers some hundred directions are wanted.
         """
@@ -203,7 +205,7 @@ class Design:
         return self.grid(names).values_from(fit.node, fit.position)
 
     def effect(self, names: Names, fit: BestFit) -> np.ndarray:
-        """Whitened change of the predictions by an explanation at its fit, measured inputs included, shape (n,)."""
+        """Whitened change by an explanation at its fit, inputs included, shape (n,)."""
         return self.grid(names).effect(self.null, fit.node, fit.position)
 
     def noise_of(self, names: Names, fit: BestFit) -> float:
@@ -225,7 +227,7 @@ class Design:
         return replace(self, null=change(self.null), singles=singles, _pairs=pairs, **other)
 
     def sharing(self, correlation: np.ndarray) -> Design:
-        """The design in coordinates in which noise of a correlation, shape (n, n), is independent."""
+        """The design in coordinates in which correlated noise, (n, n), is independent."""
         mix = np.linalg.inv(np.linalg.cholesky(correlation))
         step = mix if self.mix is None else mix @ np.linalg.inv(self.mix)
         return self._with(lambda grid: grid.mixed(step), mix=mix)
@@ -261,7 +263,7 @@ class Design:
         return replace(self, pair_table=_no_table, _pairs=dict(self._pairs))
 
     def forget_pair(self, names: Names) -> None:
-        """Drop the grid of a pair whose table was replaced: the next use makes it from the new one."""
+        """Drop the grid of a pair whose table was replaced; the next use makes it anew."""
         self._pairs.pop(names, None)
 
     def forget_pairs(self) -> None:
@@ -270,4 +272,5 @@ class Design:
 
 
 def _no_table(names: Names) -> Tabulation:
+    """Refuse a pair of causes that were not tabulated together."""
     raise LookupError(f"{' and '.join(names)} were not tried together: there is no table of the pair")

@@ -1,4 +1,4 @@
-"""Model discrepancy: smooth biases without a physical cause, weighed by their evidence.
+"""Model discrepancy: smooth biases without a cause, weighed by their evidence.
 
 ``y`` are the whitened values of several data sets, shape (b, n), ``replicate`` their redrawn variances of replicates,
 and ``slopes`` what the measured inputs change, (n, k).
@@ -21,7 +21,7 @@ BATCH = 256  # data sets that are weighed at once
 
 
 class Discrepancy:
-    """Log evidence of smooth biases: one covariate at a time, all of them together, or one bias for all specimens.
+    """Log evidence of smooth biases: by covariate, all together, or one for all.
 
     With the covariance of a bias S = I + F F' in units of the noise, J the change of the baseline per standard
     deviation of each measured input, and y the data from the baseline::
@@ -168,7 +168,7 @@ def _thin(factor: np.ndarray) -> np.ndarray:
 
 
 def _curved(points: np.ndarray, reach: float) -> np.ndarray:
-    """Root of the squared-exponential kernel of points (n, k), with as many columns as there are places.
+    """Root of the squared-exponential kernel of points (n, k), a column per place.
 
     Parameters
     ----------

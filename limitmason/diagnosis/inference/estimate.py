@@ -1,4 +1,4 @@
-"""Size of a cause with an interval from its profile likelihood, calibrated by the bootstrap."""
+"""Size of a cause with an interval from its profile likelihood, by the bootstrap."""
 
 from dataclasses import dataclass
 
@@ -103,7 +103,9 @@ def _limit(design: Design, tested: Tested, draws: Draws) -> float:
 
 
 def _wilks(design: Design, spent: int) -> float:
-    """Root of twice the log-likelihood by which an end of the interval is worse, by the chi-square of one parameter.
+    """Root of twice the log-likelihood of an interval's end, by chi-square.
+
+    It is that by which the end is worse, of one parameter.
 
     Where the noise is estimated it is larger, with ``spent`` parameters taken off the values.
     """

@@ -61,7 +61,7 @@ class Evidence:
 
 
 def agree(kinds: Sequence[Evidence]) -> bool:
-    """Whether two kinds or more show an effect, and the size found in each predicts the others."""
+    """Whether two kinds or more show an effect, of sizes that predict the others."""
     known = [k for k in kinds if k.tested or k.shows]
     if sum(k.shows for k in known) < 2:
         return False

@@ -1,4 +1,4 @@
-"""Best fits of tabulated models to many data sets: the best node, one linear step in its cell, then the next cell.
+"""Best fits of tabulated models to many data sets: node, linear step, next cell.
 
 Where all values are used fits go by inner products of the nodes, without forming a residual; where some are left out by
 residuals. The step is the same, see :func:`~.cells.stepped`.
@@ -80,7 +80,7 @@ class Data:
 
     @cached_property
     def beside(self) -> Array:
-        """What nodes are ranked by beside the values: nuisance data where the noise is known, and ones."""
+        """What nodes are ranked by beside values: nuisance data in known noise, and ones."""
         one = np.ones((len(self.y), 1))
         return np.concatenate([self.z, one], axis=1) if self.like.kind == "known" else one
 
@@ -90,7 +90,7 @@ class Data:
         return np.full(len(self.y), float(self.y.shape[1])) if self.weights is None else self.weights.sum(axis=1)
 
     def loglik(self, loss: Array, penalty: Array) -> Array:
-        """Log-likelihood of sums of squares of the data and of the nuisance data, shapes (b,) or (b, any)."""
+        """Log-likelihood of sums of squares of data and nuisance, (b,) or (b, any)."""
         shape = (-1,) + (1,) * (np.ndim(loss) - 1)
         return cast(Array, self.like.loglik(loss, penalty, self.count.reshape(shape), self.replicate.reshape(shape)))
 

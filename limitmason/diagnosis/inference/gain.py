@@ -1,4 +1,4 @@
-"""Gain of an extension: predicted against measured, and prediction of values left out, with the selection repeated.
+"""Gain of an extension: predicted against measured, and values left out.
 
 ``y`` are the whitened values, shape (n,), and ``folds`` the number of the fold of each specimen, (n,).
 """
@@ -18,7 +18,7 @@ def told_error(error: float) -> str:
 
 @dataclass(frozen=True)
 class Score:
-    """Log predictive score of an extension minus that of the baseline, summed over values left out.
+    """Log predictive score of an extension minus the baseline's, of values left out.
 
     Parameters
     ----------
@@ -135,6 +135,7 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
 
     Parameters
     ----------
+    names, y : causes of the explanation, () for the baseline, and whitened data, shape (n,)
     folds : number of the fold of each specimen, shape (n,)
     """
     weights = (folds[None, :] != np.arange(int(folds.max()) + 1)[:, None]).astype(float)
@@ -145,7 +146,7 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
 
 
 def _selected(design: Design, y: np.ndarray, folds: np.ndarray, critical_gain: float) -> np.ndarray:
-    """Score over the baseline of every value, shape (n,), with the cause that fits the rest best.
+    """Score over the baseline of every value, (n,), with the cause best for the rest.
 
     It is 0 where no cause gains ``critical_gain`` on the rest.
     """
@@ -165,7 +166,7 @@ def _score(each: np.ndarray, folds: np.ndarray) -> Score:
 
 
 def folds_of(groups: Sequence | None, n: int) -> np.ndarray:
-    """Number of the fold of each specimen: its group, or itself without groups, shape (n,)."""
+    """Number of the fold of each specimen, (n,): its group, or itself without groups."""
     if groups is None:
         return np.arange(n)
     names = {name: i for i, name in enumerate(dict.fromkeys(groups))}

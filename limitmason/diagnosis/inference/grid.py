@@ -1,4 +1,4 @@
-"""A model tabulated on sizes and measured inputs: its nodes, what lies between them, and what it is there."""
+"""A model tabulated on sizes and measured inputs: nodes, and what lies between."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -58,7 +58,7 @@ class Grid:
         return Cells(self.values, self.z)
 
     def place(self, inputs: Sequence[float] | np.ndarray) -> list[float]:
-        """Index along every axis of a measured input, with fractions, at given inputs in standard deviations."""
+        """Index along every axis of inputs, with fractions, at inputs in deviations."""
         return [float(np.interp(v, a, np.arange(len(a)))) for v, a in zip(inputs, self.z, strict=True)]
 
     @cached_property
@@ -68,7 +68,7 @@ class Grid:
 
     @cached_property
     def slopes(self) -> np.ndarray:
-        """Change of a baseline per standard deviation of each measured input, whitened, shape (n, k)."""
+        """Change of a baseline per deviation of each input, whitened, shape (n, k)."""
         out = np.zeros((self.n, len(self.z)))
         for axis, nodes in enumerate(self.z):
             ends = []
@@ -81,7 +81,7 @@ class Grid:
         return out
 
     def effect(self, null: "Grid", node: np.ndarray, position: np.ndarray) -> np.ndarray:
-        """Whitened change of a baseline by the fit of an explanation, measured inputs included, shape (n,)."""
+        """Whitened change of a baseline by a fit, measured inputs included, shape (n,)."""
         inputs = self.z_at(position)[0]
         return self.values_from(node, position)[0] - null.between(null.place(inputs))
 
@@ -113,7 +113,7 @@ class Grid:
         return out
 
     def between(self, position: Sequence[float] | np.ndarray) -> np.ndarray:
-        """Values at a position along the leading axes, linear between nodes, shape (the axes left ..., n)."""
+        """Values at a position along the leading axes, shape (the axes left ..., n)."""
         values = self.values
         for u in position:
             values = _along(values, 0, np.array([u]))[0]
@@ -128,11 +128,11 @@ class Grid:
         return _coordinates(self.z, position[:, len(self.sizes) :])
 
     def at_size(self, *position: float) -> "Grid":
-        """The baseline-like grid (measured inputs only) at given positions along the size axes."""
+        """The baseline-like grid (inputs only) at positions along the size axes."""
         return Grid((), self.z, self.between(position))
 
     def denser(self, times: int = 4) -> "Grid":
-        """This grid with ``times`` as many nodes along the measured inputs, linear between the old ones."""
+        """This grid with ``times`` as many nodes along the inputs, linear between."""
         values, z = self.values, []
         for axis, a in enumerate(self.z, start=len(self.sizes)):
             u = np.linspace(0.0, len(a) - 1.0, times * (len(a) - 1) + 1)
@@ -146,11 +146,11 @@ class Grid:
         return [Grid(rest, self.z, np.take(self.values, i, axis=axis)) for i in range(len(self.sizes[axis]))]
 
     def mixed(self, mix: np.ndarray) -> "Grid":
-        """This grid in other coordinates of the specimens, values times ``mix`` of shape (n, n)."""
+        """This grid in other coordinates, values times ``mix`` of shape (n, n)."""
         return Grid(self.sizes, self.z, self.values @ mix.T)
 
     def columns(self, chosen: np.ndarray) -> "Grid":
-        """This grid for some of the specimens."""
+        """This grid for some of the specimens, by numbers or flags ``chosen``."""
         return Grid(self.sizes, self.z, self.values[..., chosen])
 
 
@@ -176,14 +176,14 @@ class Tabulation:
     error: float = 0.0
 
     def whitened(self, origin: np.ndarray, scale: np.ndarray) -> Grid:
-        """The table as a grid in units of the noise, measured from ``origin``, both of shape (n,)."""
+        """The table in units of the noise ``scale``, from ``origin``, both (n,)."""
         values = self.values - origin
         values /= scale
         return Grid(self.sizes, self.z, values)
 
 
 def at_measured(table: Grid | Tabulation) -> np.ndarray:
-    """Values at the measured inputs themselves for every node size, shape (len of every size axis ..., n)."""
+    """Values at the measured inputs for every node size, shape (sizes ..., n)."""
     values = table.values
     for axis in table.z:
         values = np.take(values, int(np.argmin(np.abs(axis))), axis=len(table.sizes))
@@ -191,7 +191,7 @@ def at_measured(table: Grid | Tabulation) -> np.ndarray:
 
 
 def _along(values: np.ndarray, axis: int, position: np.ndarray) -> np.ndarray:
-    """Values at positions along one axis, linear between nodes: the one interpolation of grids.
+    """Values at positions along one axis, linear between nodes: for all grids.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def _along(values: np.ndarray, axis: int, position: np.ndarray) -> np.ndarray:
 
 
 def _coordinates(axes: Sequence[np.ndarray], position: np.ndarray) -> np.ndarray:
-    """Values along axes at positions counted in nodes, shape (b, number of axes), linear between nodes.
+    """Values along axes at positions in nodes, (b, number of axes), linear between.
 
     Parameters
     ----------

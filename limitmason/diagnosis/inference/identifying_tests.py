@@ -1,4 +1,4 @@
-"""Tests after which a cause could be told from its rivals: which of them, and how many."""
+"""Tests after which a cause could be told from its rivals: which, and how many."""
 
 from __future__ import annotations
 
@@ -28,6 +28,7 @@ def equivalent_tests(
     """
 
     def reached(row: int, times: int) -> float:
+        """Sum over pairs of min(d2, cap), with a row of the pool tested so many times."""
         both = zip(sums, adds, strict=True)
         return sum(min(float((total + times * add[:, row]).min()), cap) for total, add in both)
 
@@ -61,7 +62,9 @@ class IdentifyingTests(NamedTuple):
 def tests_that_identify(
     discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, tested: int, k: int, price: np.ndarray
 ) -> IdentifyingTests:
-    """Greedy choice of specimens after which an effect, without noise, most exceeds every model discrepancy.
+    """Greedy choice of specimens after which an effect exceeds every discrepancy most.
+
+    The effect is taken without noise.
 
     Each step adds the specimen that raises min over the biases of f' (S + J J')^-1 f / 2 + log det(S + J J') / 2 most.
 

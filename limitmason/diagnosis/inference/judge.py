@@ -1,4 +1,4 @@
-"""The whole judgement of a data set: shared noise, gate, what explains an alarm, and whether it is identified.
+"""The whole judgement of a data set: shared noise, gate, causes, identification.
 
 ``y`` are the whitened values of the data set, shape (n,), ``data`` the same in the coordinates of its design,
 ``effect`` what an explanation changes in them, ``sd`` the noise in stated units and ``loglik`` the log-likelihood of
@@ -39,7 +39,7 @@ Renewed = Callable[[Design, Verdict], bool]
 
 @dataclass(frozen=True)
 class Judged:
-    """A verdict, the design that it was made with, and the shares of the noise that this carries."""
+    """A verdict, its design, and the shares of the noise that this carries."""
 
     verdict: Verdict
     design: Design
@@ -73,7 +73,7 @@ class Judge:
     _missing: dict[float, Missing] = field(default_factory=dict, init=False)
 
     def missing(self, sd: float = 1.0) -> Missing:
-        """What happens here when the true cause is not on the list, and the margins against it.
+        """What happens when the true cause is not on the list, and margins against it.
 
         It is worked out once.
 
@@ -95,7 +95,7 @@ class Judge:
     def _beside_margin(
         self, names: Names, sd: float, effect: np.ndarray, loglik: float, y: np.ndarray, kinds: Sequence[Evidence]
     ) -> bool:
-        """Whether the conditions of a name hold beside its margin, those that need no draws.
+        """Whether the conditions of a name beside its margin hold, without draws.
 
         Parameters
         ----------
@@ -107,7 +107,7 @@ class Judge:
         return beyond >= asked and dosed(slope, error) and self._by_kinds(names, kinds)
 
     def _by_kinds(self, names: Names, kinds: Sequence[Evidence]) -> bool:
-        """Whether two kinds of data show one size of a cause, or its dose along a measured column does.
+        """Whether two kinds of data show one size of a cause, or its dose along a column.
 
         Two kinds of one specimen are no evidence: what is peculiar to it may change both alike.
         """
@@ -141,7 +141,7 @@ class Judge:
         return self._rivals[sd]
 
     def noise(self, verdict: Verdict) -> float:
-        """Noise of the best explanation of a verdict in stated units, to two digits, or 1 where it is stated."""
+        """Noise of the best explanation in stated units, two digits, or 1 where stated."""
         if self.design.noise.kind != "unknown":
             return 1.0
         names = verdict.kept[0] if verdict.kept else ()
@@ -234,7 +234,7 @@ class Judge:
         return replace(verdict, kind=kind, identification=record)
 
     def beside_scatter(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Verdict:
-        """More scatter, or unexplained where one lever that differs from specimen to specimen does better.
+        """More scatter, or unexplained where a lever by specimen does better.
 
         A factor of every specimen that its force and its stiffness share, or a friction that some walls feel, is no
         scatter of single values. The log-likelihood of such a lever over scatter of each kind is compared with that in
@@ -289,7 +289,7 @@ class Judge:
         return replace(verdict.without(rivalled), withdrawn=(), rivalled=tuple(rivalled), rival=nearest[1])
 
     def identification_of(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Identification:
-        """Record that holds the one explanation of a verdict against every model discrepancy."""
+        """Record that holds one explanation against every model discrepancy."""
         design, rule, names = self.design, self.rule, verdict.kept[0]
         of_noise, folds = self.noise(verdict), self.folds
         rivals, rehearsed = self.rivals(of_noise), self.missing(of_noise)
@@ -337,7 +337,7 @@ class Judge:
         )
 
     def _second_gains(self, verdict: Verdict, names: Names, y: np.ndarray) -> float:
-        """Log-likelihood by which the best pair, tested or not, is above a single cause."""
+        """Log-likelihood of the best pair, tested or not, above that of a single cause."""
         pairs = self.design.pair_names
         found = self.design.fits(pairs, self.design.turned(y)) if pairs else []
         return max((float(f.loglik[0]) for f in found), default=-np.inf) - float(verdict.tested[names].fit.loglik[0])
@@ -370,12 +370,12 @@ class Judge:
 
 
 def _left_structure(verdict: Verdict, names: Names) -> Verdict:
-    """The verdict without its one explanation, which fits but leaves a model discrepancy."""
+    """The verdict without its one explanation, which leaves a model discrepancy."""
     return replace(verdict.without([names]), withdrawn=(), structured=(names,))
 
 
 def dosed(slope: float, error: float) -> bool:
-    """Whether the data show the fitted effect along its own contrast, and no other size of it."""
+    """Whether the share of an effect, with its standard error [-], is sure and near 1."""
     return slope >= SURE * error and abs(slope - 1.0) <= SURE * error
 
 
@@ -389,6 +389,7 @@ def dose_of(
 
     Parameters
     ----------
+    effect, data, sd : both whitened, shape (n,); noise in stated units [-]
     slopes : J in units of the noise, shape (n, number of measured inputs)
     """
     contrast = discrepancy.weighted(discrepancy.best(effect / sd, Likelihood()), effect)

@@ -49,7 +49,7 @@ class Likelihood:
         return self.kind == "known"
 
     def loglik(self, loss: Any, penalty: Array | float, count: Array | float, replicate: Array | float = 1.0) -> Any:
-        """Log-likelihood up to a constant that is the same for every model of the same data.
+        """Log-likelihood up to a constant that all models of the same data share.
 
         Parameters
         ----------
@@ -75,7 +75,7 @@ class Likelihood:
     def variance(
         self, loss: Array | float, count: Array | float, replicate: Array | float = 1.0, spent: float = 0.0
     ) -> Array:
-        """Noise variance in stated units: 1 when known, else the estimate with ``spent`` parameters taken off.
+        """Noise variance in stated units: 1 if known, else less ``spent`` parameters.
 
         Parameters
         ----------
@@ -89,5 +89,5 @@ class Likelihood:
         return np.maximum(loss + self.dof * replicate, SMALLEST_SUM) / freedom
 
     def log_score(self, residuals: Array, variance: Array | float) -> Array:
-        """Log predictive density of whitened residuals, up to a constant shared by all models, shape (n,)."""
+        """Log predictive density of whitened residuals, up to a constant, shape (n,)."""
         return -0.5 * (np.log(variance) + residuals**2 / variance)

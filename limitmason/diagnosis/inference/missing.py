@@ -1,4 +1,4 @@
-"""Leave a cause out: how often a name of the list goes to an effect that is not on it, and the margin against that."""
+"""Leave a cause out: how often another name is given, and the margin against it."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -51,7 +51,7 @@ class Missing:
 
     @property
     def rate(self) -> float:
-        """Share of data sets in which a name would be given although the true cause is not listed."""
+        """Share of data sets with a name given although the true cause is not listed."""
         return self.named / self.trials if self.trials else 0.0
 
 
@@ -59,7 +59,7 @@ def leave_each_out(
     design: Design, known: Design, excess: Excess, rest: Rest, seed: int, *,
     floor: float, agreed: float, share: float, each: float,
 ) -> Missing:
-    """Plant every cause of the list at visible sizes, take it off, and see which name fits and by how much.
+    """Plant each cause at visible sizes, take it off, and see which name fits.
 
     Parameters
     ----------
@@ -125,16 +125,17 @@ def visible(known: Design, cause: Listed) -> list[tuple[float, float]]:
 
 
 def position_of(grid: Grid, size: float | None, inputs: np.ndarray) -> np.ndarray:
-    """Place of a size (None for a grid of the baseline) and of measured inputs on a grid, within its ends."""
+    """Place of a size, None for the baseline, and of inputs on a grid, within ends."""
     values = ([] if size is None else [size]) + list(inputs)
     axes = (*grid.sizes, *grid.z)
     return np.array([np.interp(v, a, np.arange(len(a))) for v, a in zip(values, axes, strict=True)])
 
 
 def _planted(design: Design, known: Design, cause: Listed, chances: Draws, ratio: np.ndarray) -> np.ndarray:
-    """Data with one cause planted, at visible sizes evenly spaced, on both sides in turn.
+    """Whitened data with one cause planted at visible sizes, shape (draws, n).
 
-    Noise and inputs are as drawn; ``ratio`` is the noise of every row over the stated one.
+    Sizes are evenly spaced, on both sides of the baseline in turn. Noise and inputs are as drawn; ``ratio`` is the
+    noise of every row over the stated one.
     """
     grid, ranges = design.singles[cause.name], visible(known, cause)
     out = np.empty_like(chances.errors)
@@ -147,7 +148,7 @@ def _planted(design: Design, known: Design, cause: Listed, chances: Draws, ratio
 
 
 def _adequate(design: Design, names: Names, fit: BestFit, along: np.ndarray) -> np.ndarray:
-    """Whether neither scatter nor trend speaks against fits to data, by nominal tail probabilities.
+    """Whether neither scatter nor trend speaks against fits, by nominal tails.
 
     Parameters
     ----------
@@ -162,13 +163,15 @@ def _adequate(design: Design, names: Names, fit: BestFit, along: np.ndarray) -> 
 def _margins(
     names: Sequence[str], given: np.ndarray, excess: np.ndarray, trials: int, floor: float, share: float, each: float
 ) -> dict[str, float]:
-    """Margin of every name: the floor, raised until neither it nor all together are given too often.
+    """Margin of every name: the floor, raised until no name is given too often.
+
+    Neither one name nor all together are.
 
     Parameters
     ----------
     names : causes that may be named
-    given : number of the cause named in each data set without it
-    excess : by how much it beat every bias
+    given : of every data set that got a wrong name, the number of that name, shape (b,)
+    excess : its lead there on every model discrepancy, in log-likelihood, shape (b,)
     trials : data sets drawn, also those in which no cause was named
     floor : margin without any wrong name
     share, each : largest share of the data sets with a wrong name, in all and for one name

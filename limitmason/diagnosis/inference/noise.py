@@ -1,4 +1,4 @@
-"""What is known about errors, of the measured values and of the inputs, and errors drawn from it."""
+"""What is known about errors of measured values and inputs, and draws of them."""
 
 from __future__ import annotations
 
@@ -212,7 +212,7 @@ class Noise:
 
 
 class Drawn(NamedTuple):
-    """Data sets drawn from a fitted model: n whitened values and k measured inputs [sd] of each, (b, n) and (b, k).
+    """Data sets drawn from a model: n whitened values and k inputs, (b, n), (b, k).
 
     ``replicate`` is the redrawn variance of the replicates over the stated one, shape (b,).
     """
@@ -224,7 +224,7 @@ class Drawn(NamedTuple):
 
 @dataclass(frozen=True)
 class Draws:
-    """Standard errors shared by all models of a study, so that they are compared on the same chances.
+    """Standard errors shared by all models of a study, for the same chances.
 
     Parameters
     ----------
@@ -262,5 +262,5 @@ class Draws:
         return Drawn(fitted + sd * self.errors[rows], z + self.inputs[rows], sd**2 * self.replicate[rows])
 
     def columns(self, chosen: np.ndarray) -> Draws:
-        """These draws for some of the specimens."""
+        """These draws for some of the specimens, by numbers or flags ``chosen``."""
         return Draws(self.errors[:, chosen], self.inputs, self.replicate)

@@ -1,4 +1,4 @@
-"""Before and between tests: which causes this design tells apart, how small an effect it sees, what to test next."""
+"""Before and between tests: what a design tells apart, and what to test next."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ class NextTests:
 
     @property
     def expected(self) -> list[str]:
-        """What the tests would bring, and what one of a quantity is worth in tests of the others."""
+        """What the tests would bring, and what one of a quantity is worth in others."""
         out = [f"smallest d2 {self.before:.1f} -> {self.after:.1f}"] if self.pairs else []
         if np.isfinite(self.chance[1]):
             cost = f" for a cost of {sum(self.costs):g}" if self.costs else ""
@@ -220,7 +220,7 @@ def detectable(
 
 
 def outward(grid: Grid, cause: Listed, side: float) -> np.ndarray:
-    """Numbers of the size nodes from the baseline to one bound of a cause, in that order."""
+    """Numbers of the size nodes from the baseline to one bound, ``side``, of a cause."""
     away = (grid.sizes[0] - cause.baseline) * np.sign(side - cause.baseline)
     rows = np.flatnonzero(away >= 0)
     return rows[np.argsort(away[rows])]
@@ -242,7 +242,10 @@ def reached_at(grid: Grid, cause: Listed, side: float, d: np.ndarray, least: flo
 
 
 class Truth(NamedTuple):
-    """An explanation taken as true: whitened predictions of t tested and m pool rows, and k measured inputs [sd]."""
+    """An explanation taken as true: predictions of t and m rows, and k inputs.
+
+    They are whitened, of the tested rows and those of the pool; inputs are in standard deviations.
+    """
 
     tested: np.ndarray
     pool: np.ndarray
@@ -253,7 +256,9 @@ def choose_tests(
     truths: Mapping[Names, Truth], rivals: Mapping[Names, tuple[Grid, Grid]],
     pairs: Sequence[tuple[Names, Names]], k: int, cap: float = CLEAR, price: np.ndarray | None = None,
 ) -> tuple[list[int], np.ndarray, np.ndarray]:
-    """Greedy choice of specimens that pull every ordered pair apart after the rival is refitted.
+    """Greedy choice of specimens that pull pairs apart after the rival is refitted.
+
+    Pairs are ordered: true cause, rival.
 
     Each step adds the specimen with the largest gain of the sum over the pairs of min(d2, cap) for its price; the cap
     keeps an easy pair from being served at the cost of a hard one.

@@ -1,4 +1,4 @@
-"""Rivals of a cause: smooth biases, listed levers with another dependence, and drifts, which could show its effect.
+"""Rivals of a cause: smooth biases, listed levers in other ways, and drifts.
 
 ``y`` are the whitened values of several data sets, shape (b, n), and ``replicate`` their redrawn variances of
 replicates.
@@ -22,7 +22,7 @@ NEARLY = (0.8, 1.0, 1.25)  # of the fitted effect: mean of a drift
 
 
 def dependences(columns: Mapping[str, Sequence], *, alone: bool = False) -> dict[str, list[np.ndarray]]:
-    """Other dependences of a lever, as factors of kernels: on labels, along a number, and on its level.
+    """Other dependences of a lever, as factors of kernels: labels, number, level.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def dependences(columns: Mapping[str, Sequence], *, alone: bool = False) -> dict
 
 
 class Rivals:
-    """Model discrepancies of a design, by the columns that the cause in question declares as its own.
+    """Model discrepancies of a design, by the columns that a cause has as its own.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class Rivals:
         self._levers: dict[tuple[tuple[str, ...], int], Discrepancy] = {}
 
     def of(self, names: Names) -> Discrepancy:
-        """Biases that could stand in for an explanation: all but those along its own columns."""
+        """Biases that could stand in for an explanation ``names``, off its own columns."""
         own = self.design.own(names)
         if own not in self._made:
             rest = {k: v for k, v in self.design.columns.items() if k.split(" in ")[0] not in own}
@@ -89,7 +89,7 @@ class Rivals:
         return self._levers[own, len(names)]
 
     def _levers_but(self, own: tuple[str, ...], alone: bool) -> Discrepancy:
-        """What listed causes act through, in other dependences on the columns than on their ``own``.
+        """What listed causes act through, depending otherwise than on ``own`` columns.
 
         With ``alone``, also on one label each.
         """
@@ -102,12 +102,15 @@ class Rivals:
 
     @cached_property
     def by_specimen(self) -> Discrepancy:
-        """Levers, measured inputs included, that differ from specimen to specimen without any order."""
+        """Levers, measured inputs included, that differ by specimen without any order."""
         column = self.design.columns.get("specimen", range(self.design.n))
         return self._acting(self._effects(measured=True), {"specimen": [one_of_each(column)]}, AMPLITUDES)
 
     def _effects(self, *, measured: bool) -> dict[str, np.ndarray]:
-        """Effect of every listed cause at its largest size, and of measured inputs where asked, shape (n,)."""
+        """Effect of every listed cause at its largest size, and of inputs, shape (n,).
+
+        Those of measured inputs are there where asked.
+        """
         design = self.design
         null = design.null.between(design.null.zero)
         out = dict(zip(design.measured, design.apart(design.null.slopes.T), strict=False)) if measured else {}
@@ -120,7 +123,7 @@ class Rivals:
     def _acting(
         self, effects: Mapping[str, np.ndarray], ways: Mapping[str, list[np.ndarray]], amplitudes: Sequence[float]
     ) -> Discrepancy:
-        """Effects, scaled to a mean square of one, times unknown factors that depend on columns.
+        """Effects, at a mean square of one, times unknown factors by columns.
 
         Parameters
         ----------
@@ -142,7 +145,7 @@ class Rivals:
         return Discrepancy(along, factors, self.slopes)
 
     def over_scatter(self, fit: BestFit, y: np.ndarray) -> np.ndarray:
-        """Log evidence of the best lever that differs from specimen to specimen, over more scatter, shape (b,).
+        """Log evidence of the best lever that differs by specimen, over scatter, (b,).
 
         With R_k the sum of squares that the baseline leaves in the n_k rows of a kind and P that of the inputs' data,
         more scatter in each kind has the log-likelihood ``-sum (n_k log s_k^2 + R_k / s_k^2) / 2 - P / 2``, s_k^2 the
@@ -161,7 +164,7 @@ class Rivals:
         return self.by_specimen.evidence(y, self.design.like) - scatter
 
     def drift(self, names: Names, effect: np.ndarray, y: np.ndarray, like: Likelihood) -> float:
-        """Log evidence of the same effect growing from nothing from test to test, in an order that is not recorded.
+        """Log evidence of the same effect growing from test to test, order not recorded.
 
         Specimen i of m shows t_i of the effect f: a permutation of 0, 2/(m-1), ... 2, of mean 1, variance
         V = (m+1) / 3(m-1) and covariance -V/(m-1), taken as normal. Minus infinity where an order is recorded, or the
@@ -189,7 +192,7 @@ class Rivals:
         self, names: Names, fit: BestFit, y: np.ndarray, replicate: float | np.ndarray = 1.0,
         parts: Sequence[np.ndarray] = (),
     ) -> np.ndarray:
-        """Log-likelihood of fits over the evidence of the best model discrepancy, shape (b,).
+        """Log-likelihood of fits over evidence of the best model discrepancy, shape (b,).
 
         Parameters
         ----------
@@ -207,7 +210,9 @@ class Rivals:
     def of_each(
         self, listed: Sequence[Names], fitted: Sequence[BestFit], y: np.ndarray, replicate: float | np.ndarray = 1.0
     ) -> np.ndarray:
-        """Log-likelihood of several causes over the evidence of all biases, shape (causes, b), for the same data.
+        """Log-likelihood of causes over the evidence of all biases, shape (causes, b).
+
+        It is that of the same data.
 
         Biases are weighed once for causes that act along the same columns.
 
@@ -221,7 +226,7 @@ class Rivals:
         return np.array([f.loglik - evidence[self.design.own(n)] for n, f in zip(listed, fitted, strict=True)])
 
     def parts(self, names: Names, fit: BestFit) -> list[np.ndarray]:
-        """Effect of each cause of a pair at the fit, at the measured inputs, shape (n,), or none for a single cause."""
+        """Effect of each cause of a pair at the fit, (n,), or none for a single cause."""
         out = []
         for axis, name in enumerate(names if len(names) == 2 else ()):
             grid, null = self.design.singles[name], self.design.null
@@ -231,7 +236,7 @@ class Rivals:
         return out
 
     def structure(self, names: Names, fit: BestFit, replicate: float | np.ndarray = 1.0) -> np.ndarray:
-        """Evidence of a model discrepancy in the residuals of fits over that of none, shape (b,)."""
+        """Evidence of a discrepancy in the residuals of fits over none, shape (b,)."""
         like = self.design.like
         plain = like.loglik((fit.residuals**2).sum(axis=1), 0.0, float(self.design.n), replicate)
         return self.of(names).evidence(fit.residuals, like, replicate) - plain

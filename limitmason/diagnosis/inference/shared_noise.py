@@ -51,7 +51,9 @@ class Shares:
 def estimated_shares(
     design: Design, y: np.ndarray, shared: Sequence[str] | None = None, *, price: float | None = None
 ) -> Shares:
-    """Shares with the largest likelihood of the residuals, at the baseline or beside what explains the data best.
+    """Shares with the largest likelihood of the residuals of the best model.
+
+    That is the baseline, or what explains the data best beside it.
 
     With r the data from the explanation, G its change with the size of each cause, J the change of the baseline per
     standard deviation of each measured input, and same_f one where two specimens have one label of column f (and, for
@@ -119,7 +121,7 @@ def estimated_shares(
 
 
 class Components:
-    """Likelihood of residuals with shares of the noise within the labels of some columns.
+    """Likelihood of residuals with shares of noise within labels of some columns.
 
     With Z_f a column of ones and zeros per label of f and D the shares, C = s (I + Z D Z' / s), s = 1 - sum D: its
     inverse and determinant take as many columns as there are labels, whatever the number of rows.
@@ -145,7 +147,7 @@ class Components:
         self._whole, self._products = whole, whole.T @ whole
 
     def _weight(self, shares: Mapping[str, float]) -> tuple[np.ndarray, float]:
-        """M of (C + J J')^-1 = (I - A M A') / s with A all labels and inputs, and log det(C) / 2."""
+        """M of (C + J J')^-1 = (I - A M A') / s, A all labels and inputs, log det(C) / 2."""
         rest = 1.0 - sum(shares.values())
         variance = np.zeros(len(self._products))
         for name, share in shares.items():
@@ -205,7 +207,7 @@ class Components:
 
 
 def _about_its_fit(design: Design, cause: Listed, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Residuals of a fitted cause at the measured inputs, and their change with its size.
+    """Residuals of a fitted cause at the inputs, and their change with its size.
 
     Shapes (n,) and (n, 1), both in units of the noise.
     """
@@ -220,7 +222,7 @@ def _about_its_fit(design: Design, cause: Listed, y: np.ndarray) -> tuple[np.nda
 
 
 def _whole_effect(design: Design, cause: Listed) -> np.ndarray:
-    """Change of the predictions from the baseline to the bound where it is largest, at the measured inputs, (n, 1)."""
+    """Change of predictions from the baseline to the bound of most effect, (n, 1)."""
     values = at_measured(design.singles[cause.name])
     sizes = design.singles[cause.name].sizes[0]
     change = values - values[int(np.argmin(np.abs(sizes - cause.baseline)))]
@@ -228,12 +230,14 @@ def _whole_effect(design: Design, cause: Listed) -> np.ndarray:
 
 
 def assumed(column: Sequence, share: float = PLAUSIBLE) -> np.ndarray:
-    """Correlation of the noise with one share within the labels of a column, shape (n, n)."""
+    """Correlation of the noise with one share within labels of a column, (n, n)."""
     return _correlation(len(column), {"": share}, {"": same(column)})
 
 
 def alike(covariates: Mapping[str, Sequence]) -> list[int] | None:
-    """Groups of like specimens, by the distance of their covariates: where an unstated share would do most harm.
+    """Groups of like specimens, where an unstated share would do most harm.
+
+    They are made by the distance of covariates.
 
     Average linkage of numbers over their standard deviation and labels that differ (1) or agree (0); None where nothing
     is recorded or there are too few specimens for two groups.
@@ -256,7 +260,7 @@ def alike(covariates: Mapping[str, Sequence]) -> list[int] | None:
 
 
 def circumstances(covariates: Mapping[str, Sequence]) -> dict[str, Sequence]:
-    """Columns of labels that by their names are circumstances of a test, whose noise may be shared.
+    """Columns of labels that by name are circumstances of a test, of shared noise.
 
     Parameters
     ----------
@@ -272,7 +276,7 @@ def circumstances(covariates: Mapping[str, Sequence]) -> dict[str, Sequence]:
 
 
 def unstated(columns: Iterable[str]) -> tuple[str, ...]:
-    """Kinds of circumstances that no column tells by its name, of batch, day and set-up."""
+    """Kinds of circumstances that no column names, of batch, day and set-up."""
     names = {_called(name) for name in columns}
     return tuple(kind for kind, words in CIRCUMSTANCES.items() if not names & set(words))
 
@@ -283,11 +287,12 @@ def is_circumstance(name: object) -> bool:
 
 
 def _called(name: str) -> str:
+    """Name of a column as it is compared: small letters, spaces for underscores."""
     return name.lower().replace("_", " ").strip()
 
 
 def _correlation(n: int, shares: Mapping[str, float], blocks: Mapping[str, np.ndarray]) -> np.ndarray:
-    """Correlation of the noise, shape (n, n): 1 on the diagonal, a share between specimens of one label.
+    """Correlation of the noise, (n, n): 1, and a share within one label.
 
     Parameters
     ----------
@@ -300,7 +305,9 @@ def _correlation(n: int, shares: Mapping[str, float], blocks: Mapping[str, np.nd
 
 
 def seen_if_shared(design: Design, effects: np.ndarray) -> np.ndarray:
-    """Distance that nine in ten data sets with independent noise reach where half of it is taken as shared.
+    """Distance of nine in ten data sets if half of their noise is taken as shared.
+
+    Their noise is independent.
 
     With f an effect, J the change of the baseline per standard deviation of each measured input, C the correlation with
     half of the variance shared by the specimens that f acts on much, and by the others, and w = (C + J J')^-1 f::
@@ -325,7 +332,7 @@ def seen_if_shared(design: Design, effects: np.ndarray) -> np.ndarray:
 
 
 def two_groups_by_effect(effect: np.ndarray) -> list[int]:
-    """1 where a cause acts much, 0 where it acts little: the two groups with the least scatter about their means.
+    """1 where a cause acts much, 0 where little: the two tightest groups.
 
     Parameters
     ----------

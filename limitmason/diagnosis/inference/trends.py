@@ -1,4 +1,4 @@
-"""Trends of residuals along what is recorded of the specimens: lines, bends and differences between groups."""
+"""Trends of residuals along what is recorded: lines, bends, groups."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -104,7 +104,7 @@ class Trends:
         return np.maximum(fdtrc(k[None], free[None], ratios), FLOOR)
 
     def along(self, values: np.ndarray) -> np.ndarray:
-        """All that the statistic wants of values beside their squares: their parts along means and trends.
+        """What the statistic wants of values beside squares: parts along means and trends.
 
         Where these are as many as the values, it is the values themselves. Shape (..., the fewer of the two).
         """
@@ -134,12 +134,12 @@ class Trends:
         return (along / k) / (np.maximum(total - along, 1e-12 * whole[:, None] + FLOOR) / free), k, free
 
     def statistic(self, residuals: np.ndarray) -> np.ndarray:
-        """Best trend of each data set, -log of its tail probability, shape (b,), or zeros without covariates."""
+        """Best trend of each data set, -log of its tail probability, (b,), or zeros."""
         residuals = np.atleast_2d(residuals)
         return self.statistic_of(self.along(residuals), np.einsum("bn,bn->b", residuals, residuals))
 
     def statistic_of(self, along: np.ndarray, whole: np.ndarray) -> np.ndarray:
-        """Best trend of each data set, -log of its tail probability, shape (b,), from residuals that are not formed.
+        """Best trend of each data set, as -log of its tail, (b,), without residuals.
 
         Parameters
         ----------
@@ -170,7 +170,7 @@ def is_numeric(column: Sequence) -> bool:
 
 
 def one_of_each(labels: Sequence) -> np.ndarray:
-    """A column of ones and zeros per label, a factor of its same-label kernel, shape (n, labels)."""
+    """A column of ones and zeros per label, a factor of its kernel, (n, labels)."""
     each = np.unique([str(v) for v in labels], return_inverse=True)[1]
     return np.eye(each.max() + 1)[each]
 
@@ -208,7 +208,7 @@ def _columns(column: Sequence) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _orthonormal(columns: np.ndarray, means: np.ndarray) -> np.ndarray:
-    """Orthonormal basis of columns, shape (n, k), after their part along ``means`` is taken out, (n, m).
+    """Orthonormal basis of columns, (n, k), less their part along ``means``, (n, m).
 
     Directions with singular values below 1e-8 of the largest are rounding: columns that depend on each other.
     """

@@ -1,4 +1,4 @@
-"""What is said of a data set: thresholds, the kinds of answers, and what stands behind each.
+"""What is said of a data set: thresholds, kinds of answers, what stands behind.
 
 It is decided by the sets of causes in ``confidence_set``, and settled in ``judge``.
 """
@@ -62,7 +62,7 @@ class Rule:
 
 
 class VerdictKind(StrEnum):
-    """What is said: nothing, a name identified or not, one of several, two at once, an effect off the list, scatter."""
+    """What is said: nothing, a name, one of several, two, off the list, scatter."""
 
     NONE = "none"
     CAUSE = "cause"

@@ -42,25 +42,30 @@ def load(specimen: str, **options: Any) -> Experiment:
     table, said = read_table(NAME, "walls.csv"), read_description(NAME)
     row, names = table.row(specimen), said["quantities"]
     chosen = chosen_options(OPTIONS, options, NAME)
+    derived = float(row["return_length"])
     if chosen["return_length"] is None:
-        chosen["return_length"] = float(row["return_length"])
+        chosen["return_length"] = derived
     if not 0.0 <= chosen["roof_from"] < chosen["return_length"]:
         raise InputError(f"roof_from must lie on the side wall, 0 to {chosen['return_length']:g} m")
     suffix = "" if chosen["calibration"] == "final" else "_first"  # of the columns of the joint's law
     joint = {name: column + suffix for name, column in names["joint"].items()}
+    sides = f"The side walls are assumed {chosen['return_length']:g} m long"
+    follows = "derived from the axis of the plan, 3.65 m"
     assumptions = [
         "The layout is assumed: six equal courses in two leaves of running bond with the mean stone of the source's "
         f"idealisation, a through-stone at every {chosen['header_positions']}. position of every "
         f"{chosen['header_courses']}. course, interlocking corners.",
-        f"The side walls are assumed {chosen['return_length']:g} m long: derived from the axis of the plan, 3.65 m.",
+        f"{sides}: {follows}." if chosen["return_length"] == derived else f"{sides}; {derived:g} m are {follows}.",
         "The airbag is assumed to press evenly on the rear face between the side walls, 1.65 m = 2.25 m - 2 x 0.30 m.",
         f"The 10 kN on each side wall are assumed spread evenly from {chosen['roof_from']:g} m behind the facade's "
         "outer face to its free end.",
         said["assumptions"]["ground"][chosen["ground"]],
     ]
+    # the first calibration gives dry joints a cohesion and a tensile strength too
     if float(row["c" + suffix]):
-        assumptions.append(said["assumptions"]["residual"][chosen["residual"]])
-    else:
+        bond = "Mortar" if _has_mortar(row["masonry"]) else "The bond that the first calibration gives dry joints"
+        assumptions.append(said["assumptions"]["residual"][chosen["residual"]].format(bond=bond))
+    if not _has_mortar(row["masonry"]):
         assumptions.append(
             "The irregular dry wall is assumed to have the layout of the regular one, as its source did."
         )
@@ -85,8 +90,7 @@ def assembly(test: Experiment) -> Assembly:
     The side walls run towards +y.
     """
     given, options = test.parameters, test.options
-    mortar = bool(given["cohesion"])
-    after: dict[str, Any] = {  # what joints keep once they have failed
+    after: dict[str, Any] = {  # what bonded joints keep once they have failed
         "cohesion": {"residual_tensile_strength": 0.0},
         "none": {"residual_cohesion": 0.0, "residual_tensile_strength": 0.0},
         "full": {},
@@ -95,7 +99,8 @@ def assembly(test: Experiment) -> Assembly:
         float(given["friction angle"]), dilatancy_angle_deg=options["dilatancy_deg"],
         cohesion=float(given["cohesion"]) * 1e6, tensile_strength=float(given["tensile strength"]) * 1e6,
         normal_stiffness=float(given["normal stiffness"]) * 1e9, shear_stiffness=float(given["shear stiffness"]) * 1e9,
-        name="mortar joint" if mortar else "dry joint", **(after if mortar else {}),
+        name="mortar joint" if _has_mortar(test.row["masonry"]) else "dry joint",
+        **(after if given["cohesion"] else {}),
     )
     ground = joint
     if options["ground"] == "bonded":
@@ -118,6 +123,11 @@ def assembly(test: Experiment) -> Assembly:
         joint=joint, joints={"base": ground}, density=float(given["density"]),
     )
     return with_source(wall, test)
+
+
+def _has_mortar(masonry: str) -> bool:
+    """Whether the joints of a kind of masonry, as the table of walls names it, are filled with mortar."""
+    return "mortar" in masonry
 
 
 def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:

@@ -1,4 +1,4 @@
-"""Interactive scene of a structure in one HTML file: turn it, cut it, find a block, follow its motion.
+"""Scene of a structure in one HTML file: turn it, cut it, follow its motion.
 
 The file needs neither network nor server. What is drawn is the model itself: faces of the blocks, moved by the frames
 of a mechanism, of a capacity curve or of a history, and the forces of the joints.
@@ -126,7 +126,7 @@ def view(
 
 
 class Scene:
-    """An interactive scene: ``html`` is the text of the page, which a notebook shows in a frame."""
+    """An interactive scene: ``html`` is the page, which a notebook shows in a frame."""
 
     def __init__(self, html: str) -> None:
         self.html = html
@@ -220,7 +220,7 @@ def _of_modes(model: Assembly, modes: Modes, scale: float) -> SceneMotion:
 
 
 def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose], str, int]:
-    """Poses, what they are, and which to begin with: the peak, or the end where little has moved by then.
+    """Poses, what they are, and the first shown: the peak, or the end if little moved.
 
     Returns
     -------
@@ -274,13 +274,13 @@ def _of_history(model: Assembly, history: Any, most: int) -> list[ScenePose]:
 
 
 def _spread(count: int, most: int) -> list[int]:
-    """Numbers of at most ``most`` of ``count`` samples, evenly spread, with the first and the last."""
+    """Numbers of at most ``most`` of ``count`` samples, even, with first and last."""
     rows: Index = np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(int))
     return [int(k) for k in rows]
 
 
 def _moved(model: Assembly, state: Any, sample: int, caption: str) -> ScenePose:
-    """Pose of a state, or of a history at a sample by its number, with its ``caption``."""
+    """Pose of a state, or of a history at a sample, with its ``caption``."""
     if hasattr(state, "turn"):  # of a capacity curve: displacements and R - I
         shift, turn = state.shift, Rotation.from_matrix(np.eye(3) + state.turn).as_rotvec()
         if shift.shape != (model.n_blocks, 3):
@@ -291,7 +291,7 @@ def _moved(model: Assembly, state: Any, sample: int, caption: str) -> ScenePose:
 
 
 def _solids(model: Assembly, motion: SceneMotion, origin: Array) -> dict[str, Any]:
-    """What the script of the page draws of the blocks, by name: triangles, edges, names, and what is framed.
+    """What the page's script draws of blocks, by name: triangles, edges, names, frame.
 
     Arrays are base64 of single precision: "vertices" three corners of every triangle with the "normals" there, "lines"
     two ends of every edge [m], each with the block that owns it. "centre" and "size" are those of what is framed.
@@ -341,7 +341,7 @@ def _solids(model: Assembly, motion: SceneMotion, origin: Array) -> dict[str, An
 
 
 def _joints(model: Assembly, origin: Array) -> dict[str, Any]:
-    """Outlines of the joints, by name: "corners" [m], "normals" from a to b, both blocks, and "count" of corners."""
+    """Outlines of joints by name: "corners" [m], "normals" a to b, blocks, "count"."""
     x = model.arrays
     return {
         "corners": _text(x.corners - origin), "normals": _text(x.normal),
@@ -350,7 +350,9 @@ def _joints(model: Assembly, origin: Array) -> dict[str, Any]:
 
 
 def _forces(model: Assembly, answer: Prediction | None, origin: Array) -> dict[str, Any]:
-    """Joint forces of an answer, a row each: ends of a line along it [m], share of the largest, at friction limit.
+    """Joint forces, a row each: ends of a line along it [m], share, friction limit.
+
+    The share is that of the largest force [-].
 
     "largest" is the largest force in words. Both are empty where there are no forces.
     """
@@ -371,7 +373,7 @@ def _forces(model: Assembly, answer: Prediction | None, origin: Array) -> dict[s
 
 
 def _front(model: Assembly) -> float:
-    """Azimuth [rad], from x towards y, of a viewer who looks straight at a single-leaf wall, else along y."""
+    """Azimuth [rad], from x to y, of a viewer straight at a single-leaf wall, else y."""
     plane = wall_plane(model)
     if plane is None:
         return float(-np.pi / 2)

@@ -55,7 +55,9 @@ def scene_origin(model: Assembly) -> Array:
 
 
 def side_by_side(models: Sequence[Assembly]) -> Assembly:
-    """Several structures as one, without joints between them, along the longer horizontal side of the first.
+    """Several structures as one, side by side, without joints between them.
+
+    They stand along the longer horizontal side of the first.
 
     Blocks are called "1: name", "2: name" ...
     """

@@ -1,4 +1,4 @@
-"""One BLAS thread for a while: fronts and vectors are so small that a second thread only waits, busily."""
+"""One BLAS thread for a while: on small fronts a second one only waits, busily."""
 
 import contextlib
 import ctypes
@@ -40,7 +40,7 @@ def one_blas_thread() -> Iterator[None]:
 
 @functools.cache
 def _bundled_openblas() -> tuple[Control, ...]:
-    """Getter and setter of the thread count of every OpenBLAS inside numpy's and scipy's wheels."""
+    """Getter and setter of threads of every OpenBLAS in numpy's and scipy's wheels."""
     found = []
     for package in (numpy, scipy):
         folder = Path(str(package.__file__)).parent

@@ -11,7 +11,10 @@ from limitmason.mechanics.law_table import INTERIOR_POINT, SECTIONS, refuse
 
 
 def unsupported(problem: Problem) -> str | None:
-    """What keeps the own solver from a problem, or None: it needs friction everywhere and linear bounds per point."""
+    """What keeps the own solver from a problem, or None.
+
+    It needs friction everywhere and linear bounds per point.
+    """
     if len(problem.free):
         return "the interior-point solver of this package takes one live load; use solver='clarabel'"
     try:

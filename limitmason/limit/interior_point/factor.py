@@ -1,4 +1,4 @@
-"""Block multifrontal Cholesky factorisation of M = sum over points of (A_p C_p)(A_p C_p)^T.
+"""Block multifrontal Cholesky factor of M = sum over points (A_p C_p)(A_p C_p)^T.
 
 The symbolic work depends on the pattern of A alone and is done once; every factorisation then assembles dense fronts
 from the points and hands each front's Schur complement to its parent. Dense work goes to LAPACK, the rest to
@@ -29,7 +29,7 @@ The first is some rounding of a sum; beyond the last only numbers that are not f
 
 
 class BlockCholesky:
-    """Factor of M = sum_p (A_p C_p)(A_p C_p)^T, where A_p are c neighbouring columns of A.
+    """Factor of M = sum_p (A_p C_p)(A_p C_p)^T; A_p are c neighbouring columns of A.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class BlockCholesky:
         self._place_points(self._rank[row], point[owner])
 
     def _place_points(self, rank: Index, point: Index) -> None:
-        """Give every point to the front that eliminates its first unknown, and find its rows' places there.
+        """Give every point to the front that eliminates its first unknown, with places.
 
         A place is that of ``Fronts.place``: own unknowns of the front first, then its boundary.
 
@@ -136,7 +136,7 @@ class BlockCholesky:
         self.shifts = 0
 
         def assembled(k: int) -> Front:
-            """Front k from its own points: the lower triangle of owned, of mixed and of passed unknowns."""
+            """Front k from its own points: lower triangle of owned, mixed, passed unknowns."""
             # n unknowns are eliminated here, m are passed on to the parent
             n, m, points = int(self.fronts.owned[k]), len(self.fronts.edges[k]), self._front_points[k]
             f11, f21, f22 = np.zeros((n, n), order="F"), np.zeros((m, n), order="F"), np.zeros((m, m), order="F")
@@ -150,7 +150,7 @@ class BlockCholesky:
         self.fronts.eliminate(self._store, assembled, pivoted)
 
     def _dense_cholesky(self, matrix: Array, shift: float) -> Array:
-        """Lower Cholesky factor of a front's ``matrix`` (n, n), with ``shift`` added to its diagonal.
+        """Lower Cholesky factor of ``matrix`` (n, n) with ``shift`` on its diagonal.
 
         A front that rounding has made indefinite is tried again with a larger diagonal; ``shifts`` counts how often.
         """

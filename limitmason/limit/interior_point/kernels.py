@@ -1,4 +1,4 @@
-"""Every compiled function of ``limit``: points in dense fronts and Lorentz cones, on plain arrays.
+"""Compiled functions of ``limit``: points in dense fronts and Lorentz cones.
 
 All of them stay in this file: numba's disk cache does not notice an edit in an imported module. Cone kernels take m
 points with c = 2 or 3 components each; a point x is inside its Lorentz cone when x_0 > |(x_1, ...)|. In the cone's
@@ -23,7 +23,7 @@ FAST = {"reassoc", "contract", "arcp", "nsz"}
 def assemble_front(
     f11: Array, f21: Array, f22: Array, points: Index, row_start: Index, place: Index, coefficient: Array, root: Array
 ) -> None:
-    """Add (A_p C_p)(A_p C_p)^T of some points to the lower half of a front [[f11, .], [f21, f22]].
+    """Add (A_p C_p)(A_p C_p)^T of points to the lower half of [[f11, .], [f21, f22]].
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def assemble_front(
 
 @njit(cache=True, error_model="numpy")
 def nesterov_todd(x: Array, s: Array) -> tuple[bool, Array, Array]:
-    """Scaling W of every point that takes a primal x and a dual s to the same place, W x = W^-1 s.
+    """Scaling W of every point with W x = W^-1 s, of a primal x and a dual s.
 
     With an axis a of determinant a_0^2 - |a_1..|^2 = 1 and a size,
 
@@ -144,7 +144,7 @@ def scaled(axis: Array, size: Array, x: Array, inverse: bool) -> Array:
 
 @njit(cache=True, error_model="numpy")
 def inverse_roots(axis: Array, size: Array, stiffness: Array) -> tuple[Array, Array, Array]:
-    """Roots of the inverse of H = W^2 + stiffness e_0 e_0^T at every point, without subtracting large numbers.
+    """Roots of the inverse of H = W^2 + stiffness e_0 e_0^T, without cancellation.
 
     root = W^-1 (1 - (1 - b) d d^T) with d along W^-1 e_0, |d| = 1, and b = (1 + stiffness |W^-1 e_0|^2)^-1/2.
 
@@ -208,7 +208,7 @@ def inward(root: Array, turn: Array, lever: Array, v: Array, u: Array, push: Arr
 
 @njit(cache=True, error_model="numpy")
 def outward(root: Array, o: Array) -> Array:
-    """Product root o at every point, shape (m, c): from the factor's coordinates to forces.
+    """Product root o at every point, (m, c): from the factor's coordinates to forces.
 
     ``root`` comes from :func:`inverse_roots`, shape (m, c, c); o has shape (m, c).
     """
@@ -225,13 +225,13 @@ def outward(root: Array, o: Array) -> Array:
 
 @njit(cache=True, error_model="numpy")
 def inverse_hessian(root: Array, v: Array) -> Array:
-    """H^-1 v = root root^T v at every point; v has shape (m, c), ``root`` comes from :func:`inverse_roots`."""
+    """H^-1 v = root root^T v, v (m, c); ``root`` is of :func:`inverse_roots`."""
     return outward(root, outward(root.transpose(0, 2, 1), v))
 
 
 @njit(cache=True, error_model="numpy")
 def inverse_step(x: Array, d: Array) -> float:
-    """Largest 1 / step at which a point x + step d reaches the boundary of its cone, or 0 when none ever does.
+    """Largest 1 / step at which x + step d reaches its cone's boundary, 0 for never.
 
     The cone is x_0 >= |(x_1, ...)|. In coordinates that scale x to the unit of the cone's axis the step is (rho_0, rho)
     and meets the boundary at 1 / (|rho| - rho_0). Source: Vandenberghe 2010, The CVXOPT linear and quadratic cone

@@ -1,4 +1,4 @@
-"""Newton steps of the interior-point method: one iterate's scaling, its factorised system, and directions from it.
+"""Newton steps of the interior-point method: scaling, factor, and directions.
 
 The program is  max lambda  subject to  G x + lambda live = right,  every x_p in its Lorentz cone, and some first
 components bounded, slack = sign x_p0 - level >= 0. Its dual has a velocity y per equation, a cone point s per contact
@@ -36,7 +36,10 @@ DEAD_LOAD_BALANCE = 1e-10
 
 
 class ConeProgram(NamedTuple):
-    """Max lambda: matrix x + lambda live = right, x_p in Lorentz cones, bound_sign x_p0 - bound_level >= 0."""
+    """Max lambda: matrix x + lambda live = right, x_p in cones, and bounds on x_p0.
+
+    The bounds are bound_sign x_p0 - bound_level >= 0.
+    """
 
     matrix: sparse.csr_array  # G, (r, c m)
     transpose: sparse.csr_array  # of the matrix
@@ -64,7 +67,7 @@ class ConeProgram(NamedTuple):
 
 
 class Iterate(NamedTuple):
-    """Primal x, multiplier, slack and dual y, s, z, also a direction in the same space."""
+    """Primal x, multiplier, slack and dual y, s, z, or a direction in that space."""
 
     x: Array  # (m, c)
     multiplier: float
@@ -74,7 +77,7 @@ class Iterate(NamedTuple):
     z: Array  # (k,)
 
     def moved(self, by: "Iterate", primal: float, dual: float) -> "Iterate":
-        """This iterate after a step ``by``, of lengths ``primal`` for the forces and ``dual`` for the velocities."""
+        """This iterate after a step ``by`` of two lengths, ``primal`` and ``dual`` [-]."""
         return Iterate(
             x=self.x + primal * by.x, multiplier=self.multiplier + primal * by.multiplier,
             slack=self.slack + primal * by.slack, y=self.y + dual * by.y, s=self.s + dual * by.s,
@@ -97,7 +100,7 @@ class Residuals(NamedTuple):
 
 
 def residuals(program: ConeProgram, it: Iterate) -> Residuals:
-    """Residuals that an iterate ``it`` leaves of the program's equations, zero at a feasible point."""
+    """Residuals that ``it`` leaves of the program's equations, 0 at a feasible point."""
     rates = -(program.transpose @ it.y).reshape(it.x.shape) - it.s
     rates[:, 0] -= program.push(it.z)
     return Residuals(
@@ -109,7 +112,7 @@ def residuals(program: ConeProgram, it: Iterate) -> Residuals:
 
 
 def cone_product(x: Array, s: Array) -> Array:
-    """Product of the cones' algebra, x o s = (x . s, x_0 s_i + s_0 x_i); all of shape (m, c)."""
+    """Product of the cones' algebra, (x . s, x_0 s_i + s_0 x_i); all of shape (m, c)."""
     out = x[:, :1] * s + s[:, :1] * x
     out[:, 0] = np.einsum("mc,mc->m", x, s)
     return out
@@ -129,10 +132,16 @@ def cone_quotient(x: Array, product: Array) -> Array:
 
 
 def step_lengths(it: Iterate, d: Iterate) -> tuple[float, float]:
-    """Longest primal and dual steps from ``it`` along ``d``, at most one, and at most ``STEP`` to the boundary [-]."""
+    """Longest primal and dual steps from ``it`` along ``d``, at most one [-].
+
+    They go at most ``STEP`` of the way to the boundary.
+    """
 
     def inverse(cone: Array, cone_step: Array, linear: Array, linear_step: Array) -> float:
-        """One over the step that goes ``STEP`` of the way: cones (m, c), and numbers > 0 of bounds (k,)."""
+        """One over the step of ``STEP`` of the way: cones (m, c), bounds > 0 (k,).
+
+        ``cone_step`` and ``linear_step`` are the changes by a step of one.
+        """
         worst = float((-linear_step / linear).max(initial=0.0))
         return max(kernels.inverse_step(cone, cone_step), worst) / STEP
 
@@ -155,7 +164,7 @@ class NewtonSystem:
         self.it: Iterate
 
     def scale(self, it: Iterate) -> bool:
-        """Scale and factorise at an iterate, or False where rounding leaves it outside a cone or without a factor."""
+        """Scale and factorise at an iterate, or False where rounding does not let it."""
         inside, self._axis, self._size = kernels.nesterov_todd(it.x, it.s)
         if not inside:
             return False
@@ -173,7 +182,7 @@ class NewtonSystem:
         return True
 
     def direction(self, rest: Residuals, products: Array, bound_products: Array) -> Iterate:
-        """Step that removes the residuals and changes the scaled products x o s and slack z by the given amounts.
+        """Step that removes residuals and changes products x o s and slack z as given.
 
         Products stay in scaled form: W u has entries so large that a sum with the rates would drown the latter.
 
@@ -192,7 +201,7 @@ class NewtonSystem:
         push = p.push(z_part)
 
         def inner(rates: Array) -> Array:
-            """Step of x for given rates (m, c), in the coordinates of the factor, shape (m, c)."""
+            """Step of x for rates (m, c), in the coordinates of the factor, shape (m, c)."""
             return kernels.inward(self._root, self._turn, self._lever, rates, u, push)
 
         # step of x with dy = 0; the bordered system then gives dy and the change of the multiplier
@@ -209,7 +218,7 @@ class NewtonSystem:
         return Iterate(dx, dl, bounded - rest.bounds, dy, ds, dz)
 
     def _bordered(self, right: Array, rate: float) -> tuple[Array, float]:
-        """Solution of [M live; live^T 0][y; l] = [right; rate], refined against M as a product of its parts.
+        """Solution of [M live; live^T 0][y; l] = [right; rate], refined against M.
 
         Parameters
         ----------
@@ -250,7 +259,7 @@ class NewtonSystem:
         return kernels.scaled(self._axis, self._size, x, inverse)
 
     def products(self, target: float, d: Iterate | None = None) -> tuple[Array, Array]:
-        """Changes of the products that lead to ``target``, less the second-order term of a direction (Mehrotra).
+        """Changes of products towards ``target``, less the second-order term (Mehrotra).
 
         Parameters
         ----------
@@ -270,7 +279,9 @@ class NewtonSystem:
     def centred_products(
         self, wanted: tuple[Array, Array], d: Iterate, primal: float, dual: float, target: float
     ) -> tuple[Array, Array]:
-        """Wanted products corrected at a trial point by what lies outside [0.1, 10] times the target (Gondzio).
+        """Products corrected at a trial point by what lies outside [0.1, 10] targets.
+
+        The correction is Gondzio's.
 
         It stretches the steps: pairs that are far from the others' mean hold every later step back.
 
@@ -288,7 +299,7 @@ class NewtonSystem:
         trial = self.it.moved(d, primal, dual)
 
         def move(value: Array) -> Array:
-            """Change of products to the nearest end of the interval, and never by more than its width downwards."""
+            """Change of products to the nearest end, downwards by at most the interval."""
             return np.maximum(np.clip(value, NARROW * target, WIDE * target) - value, -WIDE * target)
 
         value = cone_product(self._scaled(trial.x), self._scaled(trial.s, True))
@@ -302,7 +313,9 @@ class NewtonSystem:
         return cone, wanted[1] + move(trial.slack * trial.z)
 
     def carries_dead_load(self) -> bool:
-        """Whether the equilibrium forces at lambda = 0 nearest to this iterate, in its own metric, obey the joint law.
+        """Whether forces at lambda = 0 nearest to this iterate obey the joint law.
+
+        Nearest is by its own metric; they are in equilibrium.
 
         dx = H^-1 G^T M^-1 (right - G x): one solution with the factor at hand. True is a proof, False says nothing.
         """

@@ -1,4 +1,4 @@
-"""Interior-point method made for the static theorem: three or six unknowns a block instead of the forces of all joints.
+"""Interior-point method made for the static theorem: few unknowns a block.
 
 Infeasible primal-dual predictor-corrector with separate primal and dual steps. Every iteration factorises the matrix
 of the block velocities alone, so a wall of 10,000 blocks takes seconds and hardly more memory than its own data.
@@ -101,13 +101,14 @@ def solve_interior_point(
     check_dead_load: bool = False,
     callback: Callable[[Progress], None] | None = None,
 ) -> Solution:
-    """Maximise lambda subject to matrix f + dead + lambda live = 0 and the joint law, by the method made for it.
+    """Maximise lambda, matrix f + dead + lambda live = 0 and the law, by the own way.
 
     Parameters
     ----------
     problem : Coulomb cones with cohesion, tension cut-off and crushing of grid points; see
         :func:`limitmason.limit.interior_point.coverage.unsupported` for what it does not cover
-    tolerance : largest difference of the two bounds relative to lambda [-]
+    tolerance : largest difference of the two bounds relative to lambda [-]; limit analysis asks for
+        ``solvers.TOLERANCE``, ten times less
     max_iterations : iterations after which it stops
     check_dead_load : also find out whether the dead load alone can be carried
     callback : called with the progress of every iteration
@@ -152,7 +153,7 @@ def solve_interior_point(
 
 
 def cone_program(problem: Problem) -> tuple[ConeProgram, Array]:
-    """Standard form with x = (tan(phi) N + c A, T), and the shift c A / tan(phi) of every normal force.
+    """Standard form with x = (tan(phi) N + c A, T), and the shift c A / tan(phi).
 
     In plane the two half-planes |T| <= tan(phi) N + c A are a cone in two dimensions: one method serves both. Cut-offs
     N >= -ft A that do not cut the cone's tip and infinite crushing forces are left out.
@@ -213,19 +214,19 @@ class _Measures(NamedTuple):
     kinematic: float  # multiplier of the motion [-]
 
     def within(self, multiplier: float, tolerance: float) -> bool:
-        """Whether both bounds are feasible and as close as asked, for the scaled multiplier of the forces [-]."""
+        """Whether both bounds are feasible and close, for a scaled multiplier [-]."""
         gap = self.complementarity / max(abs(multiplier), SMALL)
         balanced = self.primal < max(min(tolerance, BALANCED), REACHABLE)
         return balanced and self.dual < tolerance and gap < tolerance
 
     def nearly(self, multiplier: float) -> bool:
-        """The same to ``REDUCED``; a tenth of that for the unbalance, which cannot be repaired later."""
+        """The same to ``REDUCED``; a tenth for the unbalance, which nothing repairs later."""
         gap = max(self.complementarity, abs(self.kinematic - multiplier)) / max(abs(multiplier), SMALL_REDUCED)
         return self.primal < 0.1 * REDUCED and self.dual < REDUCED and gap < REDUCED
 
 
 def _measures(program: ConeProgram, it: Iterate, rest: Residuals) -> _Measures:
-    """Largest residuals over the program's size, complementarity, and the kinematic multiplier of an iterate ``it``.
+    """Largest relative residuals, complementarity, kinematic multiplier of ``it``.
 
     ``rest`` are its residuals.
     """
@@ -321,7 +322,7 @@ def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool
 
 
 def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate, float, float] | None:
-    """Direction and step lengths of one iteration, or None when no step of use is left.
+    """Direction and step lengths of an iteration, or None without a step of use.
 
     Parameters
     ----------
@@ -362,7 +363,7 @@ def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate
 
 
 def _no_solution(program: ConeProgram, it: Iterate) -> Status | None:
-    """Proof that no multiplier is the largest, or that there is none: a ray of forces, or of velocities (Farkas).
+    """Proof that no multiplier is the largest, or there is none: a ray (Farkas).
 
     A ray counts as a proof where its residual is below ``RAY`` times its size. The iterate itself is the candidate:
     where there is a ray, iterates grow along it until the loads are nothing beside them.
@@ -384,7 +385,7 @@ def _no_solution(program: ConeProgram, it: Iterate) -> Status | None:
 
 
 def _cleaned(program: ConeProgram, newton: NewtonSystem, it: Iterate) -> Iterate:
-    """Iterate with what is left of both residuals removed, each side only if it stays in its cones.
+    """Iterate with what is left of residuals removed, a side only within its cones.
 
     ``newton`` is scaled and factorised at ``it``.
     """

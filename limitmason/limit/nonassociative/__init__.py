@@ -1,1 +1,1 @@
-"""Sliding with less dilatancy than friction: the law, the search for the smallest multiplier, and its proof."""
+"""Sliding with less dilatancy than friction: law, search of the smallest, proof."""

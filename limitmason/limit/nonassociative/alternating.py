@@ -1,4 +1,4 @@
-"""Alternating cone programs for psi < phi: forces for given velocities, velocities for given forces.
+"""Alternating cone programs for psi < phi: forces for velocities, and back.
 
 The power of slack against rate,
 
@@ -99,7 +99,7 @@ def alternate(
 def complying_forces(
     law: JointLaw, state: ForceState, *, largest: bool = False, deadline: float = np.inf
 ) -> ForceState | None:
-    """Smallest, or largest, multiplier whose forces comply with the mechanism of an exact state.
+    """Smallest, or largest, multiplier whose forces comply with an exact mechanism.
 
     A point that opens bears nothing, one that slides is on its cone against the slip, one that closes by crushing bears
     its crushing force; ``ACTIVE`` is the rate from which it does.
@@ -130,7 +130,7 @@ def lower(
     programs: ConePrograms, state: ForceState, *, thetas: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1, 0.3),
     steps: int = 25, tolerance: float = 1e-8, deadline: float = np.inf,
 ) -> ForceState:
-    """Push an exact state down: alternate with theta > 0, return to the law with theta = 0, keep what is lower.
+    """Push an exact state down: theta > 0, then theta = 0; keep what is lower.
 
     Parameters
     ----------

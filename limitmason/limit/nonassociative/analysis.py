@@ -1,4 +1,4 @@
-"""Non-associative limit analysis, any 0 <= psi <= phi: the smallest admissible multiplier, proven or found.
+"""Non-associative limit analysis, 0 <= psi <= phi: the smallest multiplier.
 
 ``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
 """
@@ -18,6 +18,14 @@ from limitmason.errors import InputError
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import SAME_ANGLE, ForceState, JointLaw, exact, joint_law, violation
+from limitmason.limit.nonassociative.ordered_search import (
+    FORCE_BOUND,
+    PROOF_SECONDS,
+    PROVEN_POINTS,
+    WIDENINGS,
+    proof_is_tried,
+    search_and_prove,
+)
 from limitmason.limit.nonassociative.polish import PlanePrograms
 from limitmason.limit.nonassociative.prediction import (
     JUMP,
@@ -30,14 +38,6 @@ from limitmason.limit.nonassociative.prediction import (
     prediction_of,
     without_state,
 )
-from limitmason.limit.nonassociative.proven_search import (
-    FORCE_BOUND,
-    PROOF_SECONDS,
-    PROVEN_POINTS,
-    WIDENINGS,
-    proof_is_tried,
-    search_and_prove,
-)
 from limitmason.limit.nonassociative.search import (
     EFFORTS,
     USUAL_MIXING,
@@ -47,7 +47,7 @@ from limitmason.limit.nonassociative.search import (
     Trial,
     search_smallest,
 )
-from limitmason.limit.nonassociative.smallest import prove_smallest, velocity_limits
+from limitmason.limit.nonassociative.smallest_proof import prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
 from limitmason.storage.interrupts import ends_early, handed_on
 
@@ -76,7 +76,7 @@ def solve_nonassociative(
     progress: Callable[[Trial], None] | None = None,
     verbose: bool = False,
 ) -> Prediction:
-    """Extreme multiplier at which equilibrium, the joint law and its flow rule hold together, proven or found.
+    """Extreme multiplier with equilibrium, joint law and flow rule, proven or found.
 
     A f + w_dead + lambda w_live = 0, |T| <= c + tan(phi) N, e_n >= tan(psi) |e_t|, and no joint force does power
     against its flow rule: N (e_n - tan(psi) |e_t|) = 0, T . e_t = -(c + tan(phi) N) |e_t|.
@@ -199,7 +199,7 @@ def solve_nonassociative(
 def _state_of(
     problem: Problem, law: JointLaw, found: SearchOutcome, upper: Prediction
 ) -> tuple[ForceState | None, Status]:
-    """State of a search that is answered with, None without one, and the status of the answer.
+    """State of a search that is answered with, None without one, and the status.
 
     The lowest exact state comes first, then one that nearly keeps the law. Of a search that was ended before it is the
     nearest one, unless it lies above the associative bound, which no admissible state passes.
@@ -223,7 +223,7 @@ def _state_of(
 
 
 def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[Trial], None]:
-    """What a search calls after every trial: it feeds the progress bar and the user's ``progress``.
+    """What a search calls after a trial: the progress bar and ``progress``.
 
     A search sees scaled multipliers and begins anew in the mirrored order. The user is told multipliers of the live
     load, and the lowest over both orders.
@@ -247,7 +247,9 @@ def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[T
 
 
 def radenkovic_lower(law: JointLaw, deadline: float = np.inf) -> float:
-    """Scaled associative multiplier of the law inside, |T| <= c' + tan(psi) N', or NaN where nothing stands on that.
+    """Scaled associative multiplier of the law inside, |T| <= c' + tan(psi) N'.
+
+    It is NaN where nothing stands on that.
 
     A program that runs ends at the ``deadline``.
 
@@ -263,7 +265,9 @@ def radenkovic_lower(law: JointLaw, deadline: float = np.inf) -> float:
 
 
 def _scaled_upper(problem: Problem, upper: Prediction) -> float:
-    """Scaled multiplier that no state passes [-]: of the repaired mechanism of the associative answer ``upper``.
+    """Scaled multiplier that no state passes [-], of the repaired mechanism.
+
+    It is that of the associative answer ``upper``.
 
     It is infinite where that has no certificate, or no bound.
     """
@@ -276,7 +280,7 @@ def _around(
     problem: Problem, law: JointLaw, state: ForceState, accuracy: float, deadline: float, limits: Array | None, *,
     jump: bool,
 ) -> dict[str, Any]:
-    """What lies around the lowest state, for the details: multipliers of its mechanism, and with a little dilatancy.
+    """What lies around the lowest state, for the details, as multipliers.
 
     Parameters
     ----------
@@ -297,7 +301,9 @@ def _around(
 def _at_small_dilatancy(
     problem: Problem, law: JointLaw, state: ForceState, accuracy: float, limits: Array | None
 ) -> float:
-    """Smallest multiplier [-] of a short search with a little dilatancy wherever there is none, NaN without one.
+    """Smallest multiplier [-] of a short search with a little dilatancy, or NaN.
+
+    The dilatancy is put wherever there is none.
 
     Where the multiplier itself is proven this one must be too: a search that ends high would feign a jump.
 

@@ -1,4 +1,4 @@
-"""Cone programs over the forces that equilibrium and a joint law admit: what the searches solve again and again.
+"""Cone programs over forces that equilibrium and a joint law admit.
 
 Clarabel keeps its set-up from solve to solve: only the objective or the right-hand side may change.
 
@@ -27,7 +27,7 @@ ITERATIONS, ITERATIONS_OF_SLOPE = 200, 100
 
 
 class ForceProgram:
-    """Forces with |T| <= r + slope N' and 0 <= N' <= q in equilibrium with dead + lambda live.
+    """Forces with |T| <= r + slope N', 0 <= N' <= q, balancing dead + lambda live.
 
     The unknowns are the forces (N', T) of every point, scaled and counted from the tension corner, and lambda.
 
@@ -49,7 +49,7 @@ class ForceProgram:
         direction: Array | None = None, closing: Flags | None = None, tolerance: float = TOLERANCE,
         deadline: float = np.inf,
     ) -> None:
-        """Set the rows up, equations, orthant and cones in this order; arguments are those of the class."""
+        """Set up rows: equations, orthant, cones; arguments are those of the class."""
         m, c = len(law.tan_phi), law.components
         self.law, self.deadline, n = law, deadline, c * m
         none = np.zeros(m, dtype=bool)
@@ -91,14 +91,14 @@ class ForceProgram:
         self._solver: clarabel.DefaultSolver | None = None
 
     def _constant(self, constant: Array) -> None:
-        """Set r, the ``constant`` of the cone, of the points that are not held sliding: scaled [-], in their order."""
+        """Set r, the cone's ``constant`` [-], of points that are not held sliding."""
         if self.law.components == 2:  # two rows r + slope N' -+ T >= 0; in space r stands in the first of three rows
             self._bound[self._cones :] = np.tile(constant, 2)
         else:
             self._bound[self._cones :: 3] = constant
 
     def _answer(self, changed: str) -> clarabel.DefaultSolution:
-        """Solve the program after a change: ``changed`` is its objective, "q", or its right-hand side, "b".
+        """Solve after a change: ``changed`` is the objective, "q", or right side, "b".
 
         The solver is made once: an update keeps its factorisation of the pattern.
         """
@@ -115,7 +115,9 @@ class ForceProgram:
         return self._solver.solve()
 
     def solve(self, theta: float, weight: Array | None = None) -> tuple[float, Array] | None:
-        """Multiplier and forces from the tension corner that minimise theta lambda + weight . f, or None.
+        """Multiplier and forces that minimise theta lambda + weight . f, or None.
+
+        Forces are from the tension corner.
 
         Parameters
         ----------
@@ -137,7 +139,9 @@ class ForceProgram:
         return float(x[-1]), x[:-1]
 
     def largest(self, constant: Array) -> tuple[str, ForceState | None]:
-        """Clarabel's status and the state of the largest lambda for r = ``constant``, scaled [-], shape (m,).
+        """Clarabel's status and the state of the largest lambda for r = ``constant``.
+
+        r is scaled [-], shape (m,).
 
         The velocities are the duals and obey e_n >= slope |e_t|. There is no state where the live load has no power on
         them, or where the solver leaves what is no number.
@@ -153,7 +157,7 @@ class ForceProgram:
 
 
 def slope_rows(slope: Array, components: int, columns: int) -> sparse.csr_array:
-    """Rows slope N' -+ T of plane points (upper signs first), or (slope N', T1, T2) per point in 3-D.
+    """Rows slope N' -+ T in plane, upper signs first, or (slope N', T1, T2) in 3-D.
 
     Parameters
     ----------

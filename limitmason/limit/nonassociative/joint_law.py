@@ -1,4 +1,4 @@
-"""The true joint law for any dilatancy angle, moved to its tension corner: slacks, rates, and what a state violates."""
+"""The true joint law for any dilatancy angle, moved to its tension corner."""
 
 from typing import NamedTuple, TypeGuard
 
@@ -15,7 +15,7 @@ SAME_ANGLE = 1e-15
 
 
 class JointLaw(NamedTuple):
-    """Joint law with normal forces counted from the tension corner, N' = N + t, everything scaled as in ``Problem``.
+    """Joint law with N' = N + t from the tension corner, scaled as in ``Problem``.
 
     |T| <= c' + tan(phi) N',  0 <= N' <= q;  e_n = tan(psi) |e_t| + p - k with p, k >= 0, N' p = 0 and (q - N') k = 0,
     and T e_t = -(c' + tan(phi) N') |e_t|. Here t = min(ft A, c A / tan(phi)) and c' = c A - tan(phi) t >= 0.
@@ -45,7 +45,7 @@ class JointLaw(NamedTuple):
 
 
 class ForceState(NamedTuple):
-    """Scaled multiplier, forces from the tension corner and velocities with live . v = live_size."""
+    """Scaled multiplier, forces from the corner, velocities with live . v = live_size."""
 
     multiplier: float  # [-]
     force: Array  # (N', T) of every point [-], (c m,)
@@ -53,7 +53,7 @@ class ForceState(NamedTuple):
 
 
 class Violation(NamedTuple):
-    """What a state violates: forces over the total load, rates at mean live velocity one.
+    """What a state violates: forces over total load, rates at live velocity one.
 
     It is zero for an exact state.
     """
@@ -71,7 +71,7 @@ class Violation(NamedTuple):
 
 
 def joint_law(problem: Problem) -> JointLaw:
-    """The joint law of all contact points of a problem, counted from the tension corner.
+    """The joint law of all points of a problem, from the tension corner.
 
     N' = N + t, c' = c A - tan(phi) t, dead' = dead - A (t on N).
 
@@ -96,7 +96,9 @@ def joint_law(problem: Problem) -> JointLaw:
 
 
 def split(law: JointLaw, vector: Array) -> tuple[Array, Array, Array]:
-    """Normal components (m,), tangential ones (m, c - 1) and the size of those (m,) of ``vector`` (c m,).
+    """Normal parts (m,), tangential ones (m, c - 1), their size (m,), of a ``vector``.
+
+    It has shape (c m,).
 
     It holds forces or rates of all points.
     """
@@ -118,13 +120,13 @@ def true_forces(law: JointLaw, state: ForceState) -> Array:
 
 
 def normalised(law: JointLaw, velocity: Array) -> Array | None:
-    """Velocities (r,) scaled to live . v = live_size, or None when the live load does no positive work."""
+    """Velocities (r,) scaled to live . v = live_size, or None without live work."""
     power = float(law.live @ velocity)
     return velocity * (law.live_size / power) if power > 0 else None
 
 
 def excess(law: JointLaw, force: Array) -> float:
-    """Largest excess of forces (N', T), shape (c m,), over the joint law, over the total load [-]."""
+    """Largest excess of forces (N', T), (c m,), over the law, over total load [-]."""
     normal, _, shear = split(law, force)
     return float(law.points.excess(normal, shear).max(initial=0.0)) / law.total
 
@@ -146,5 +148,5 @@ def violation(law: JointLaw, state: ForceState) -> Violation:
 
 
 def exact(state: ForceState | None, law: JointLaw, tolerance: float) -> TypeGuard[ForceState]:
-    """Whether a state keeps the true law within a tolerance on its worst :class:`Violation` [-]."""
+    """Whether a state keeps the law within a tolerance on its worst violation [-]."""
     return state is not None and bool(np.isfinite(state.force).all()) and violation(law, state).worst <= tolerance

@@ -1,4 +1,4 @@
-"""A lower bound on every admissible multiplier without bounds on forces or velocities: products made variables.
+"""A lower bound on admissible multipliers without bounds: products as variables.
 
 Let x = (N', T, lambda, 1) and y = (v, z+). Every product of a linear condition on x with one on y is linear in
 Y = x y^T, complementarity included, so that minimising lambda over Y bounds it from below (the first level of the
@@ -25,7 +25,10 @@ LEAST_SECONDS = 0.1
 
 
 class LiftedBound(NamedTuple):
-    """Lower bound of the scaled multiplier: the dual value recomputed with numpy, less what its residual could cost."""
+    """Lower bound of the scaled multiplier: the dual value, less its residual's cost.
+
+    The value is recomputed with numpy.
+    """
 
     value: float  # [-], minus infinity where the program is not solved
     residual: float  # largest violation of dual feasibility
@@ -40,7 +43,7 @@ def lifted_rows(programs: PlanePrograms) -> int:
 
 
 def _program(programs: PlanePrograms, low: float, high: float) -> tuple[Array, sparse.csc_array, Array, Array]:
-    """Linear program over Y, flattened by rows: cost, matrix, and lower and upper ends of its rows.
+    """Linear program over Y, flattened by rows: cost, matrix, and ends of rows.
 
     The unity row, 1 times live . v, is the only one whose ends are not zero or infinite: both are one.
 

@@ -1,4 +1,4 @@
-"""Complementarity as a mixed-integer program: the smallest or largest admissible multiplier within stated bounds.
+"""Complementarity as a mixed-integer program: extreme multipliers within bounds.
 
 A binary per alternative says which of slack and rate may differ from zero. Bounds on the forces follow from
 equilibrium by linear programs; bounds on the velocities are stated, then tightened by linear programs.
@@ -40,7 +40,7 @@ class Limits(NamedTuple):
 
 
 class Proof(NamedTuple):
-    """Answer of the mixed-integer program: best state, proven bound of the scaled multiplier, how it ended."""
+    """Answer of the mixed-integer program: best state, proven bound, how it ended."""
 
     state: ForceState | None
     bound: float  # of the scaled multiplier [-]
@@ -52,7 +52,10 @@ class Proof(NamedTuple):
 
 
 class _SilentHighs(highspy.Highs):
-    """HiGHS that writes nothing: from 1.16 on its constructor prints a banner, before an option can be set."""
+    """HiGHS that writes nothing.
+
+    From 1.16 on its constructor prints a banner, before an option can be set.
+    """
 
     def enableCallbacks(self) -> None:
         """Switch the output off in what the constructor calls before it prints."""
@@ -98,7 +101,7 @@ def make_model(
 
 
 def _maxima(model: highspy.Highs, rows: Array, *, smallest: bool = False) -> Array:
-    """Largest, or smallest, value of every one of ``rows`` (k, n) over a model's polyhedron, shape (k,).
+    """Largest, or smallest, value of each of ``rows`` (k, n) over a polyhedron, (k,).
 
     A value is infinite where there is none. ``smallest`` asks for the smallest.
     """
@@ -136,7 +139,7 @@ class BoundedProgram:
     """
 
     def __init__(self, programs: PlanePrograms, low: float, high: float, velocity: Array, force: float) -> None:
-        """Bound every slack and rate of the law, which its binaries need; arguments are those of the class."""
+        """Bound every slack and rate of the law; arguments are those of the class."""
         self.programs, self.low, self.high = programs, low, high
         self.group, self.first = sliding_groups(programs)
         g, m = len(self.first), programs.m
@@ -144,7 +147,7 @@ class BoundedProgram:
         self.limits = self._limits(velocity, force * programs.law.total / programs.unit)
 
     def _limits(self, velocity: Array, force: float) -> Limits:
-        """Ranges of all forces and rates, from which the program's big-M constants are taken.
+        """Ranges of all forces and rates, from which big-M constants are taken.
 
         Parameters
         ----------
@@ -172,7 +175,7 @@ class BoundedProgram:
         return Limits(velocity, normal_low, normal, slack, slip, opening, assumed)
 
     def _largest_rates(self, velocity: Array, normal_low: Array) -> tuple[Array, Array]:
-        """Largest z+ and z- of every group, shape (2, g), and p of every point, shape (m,), by a linear program each.
+        """Largest z+ and z- of groups, (2, g), and p of points, (m,), by linear programs.
 
         Parameters
         ----------
@@ -205,7 +208,7 @@ class BoundedProgram:
         return slip, np.clip(opening, 0.0, np.abs(programs.normal).T @ velocity)
 
     def _power(self, resistance: Array) -> Array:
-        """Row of -dead . v + sum resistance |e_t| over (v, z+, z-), in units of the multiplier, shape (n + 2 g,).
+        """Row of -dead . v + sum resistance |e_t| over (v, z+, z-), shape (n + 2 g,).
 
         ``resistance`` to sliding of every point is in mean block loads, shape (m,).
         """
@@ -214,7 +217,7 @@ class BoundedProgram:
         return np.concatenate([-law.dead / law.live_size, slip, slip])
 
     def _model(self, maximise: bool) -> tuple[highspy.Highs, dict[str, slice]]:
-        """Mixed-integer program of the smallest, or with ``maximise`` largest, lambda, and its columns by name.
+        """Mixed-integer program of the smallest, or largest, lambda, and its columns.
 
         A binary chooses in each complementary pair of the law: 0 <= slack <= limit (1 - binary), 0 <= rate <= limit
         binary.
@@ -227,7 +230,7 @@ class BoundedProgram:
         rows, row_low, row_high = [], [], []
 
         def add(low: Sequence[float] | Array, high: Sequence[float] | Array, **parts: Any) -> None:
-            """Append rows low <= sum of parts @ columns <= high; a part is named by its columns."""
+            """Append rows low <= sum of parts @ columns <= high; parts go by their columns."""
             names = {"z_plus": "z+", "z_minus": "z-", "plus": "slide+", "minus": "slide-", "lam": "lambda"}
             given = {names.get(k, k): v for k, v in parts.items()}
             count = len(low)
@@ -285,7 +288,7 @@ class BoundedProgram:
         return model, at
 
     def _values(self, state: ForceState, at: dict[str, slice]) -> Array:
-        """Columns of an exact state in the program, as a start: all in a row; ``at`` has their places by name."""
+        """Columns of an exact state in the program, as a start; ``at``: their places."""
         p, law = self.programs, self.programs.law
         slack, rate = p.slacks(state.force), np.maximum(p.rates(state.velocity), 0.0)
         x = np.zeros(at["slide-"].stop)
@@ -342,7 +345,7 @@ class BoundedProgram:
         )
 
     def _exact(self, x: Array, at: dict[str, slice], largest: bool) -> ForceState | None:
-        """Exact state on the alternatives that the program chose, or near the one it holds.
+        """Exact state on the alternatives chosen, or near the one that the program holds.
 
         Parameters
         ----------
@@ -358,7 +361,7 @@ class BoundedProgram:
         return polish(self.programs, ForceState(float(x[at["lambda"]][0]), force, x[at["v"]]))
 
     def _on_alternatives(self, x: Array, at: dict[str, slice], largest: bool) -> ForceState | None:
-        """State with the same open and sliding points as a point of the program, None without one.
+        """State with the open and sliding points of a point of the program, or None.
 
         Velocities first, in which only these points open or slide; then forces, whose slack is zero where they do.
 

@@ -1,4 +1,4 @@
-"""One order of blocks, contact points and tangents, read off the geometry, whatever their numbers in the assembly.
+"""One order of blocks, points and tangents, read off the geometry.
 
 Searches for non-associative states are local: they end where the order of rows and columns leads them. In an order
 that the geometry gives, the same structure leads to the same end however it was written down.
@@ -22,7 +22,7 @@ DIGITS = 40
 
 
 class Numbering(NamedTuple):
-    """Geometric order of a problem: row k is row ``row[k]``, point k is point ``point[k]`` of the problem.
+    """Geometric order of a problem: row k is its row ``row[k]``, and so for points.
 
     ``sign`` (r,) reverses the rows that a mirror reverses. ``turn`` (m, c - 1, c - 1) leads from the tangents of the
     problem's points, in geometric order, to tangents that depend on the face alone.
@@ -34,7 +34,7 @@ class Numbering(NamedTuple):
     turn: Array  # (m, c - 1, c - 1)
 
     def law(self, law: JointLaw) -> JointLaw:
-        """The joint law in this order, its entries rounded to ``DIGITS`` so that equal structures give equal arrays."""
+        """The joint law in this order, rounded so that equal structures give equal arrays."""
         c = law.components
         column = (c * self.point[:, None] + np.arange(c)).ravel()
         matrix = sparse.diags_array(self.sign) @ law.matrix.tocsr()[self.row][:, column] @ self._blocks(c).T
@@ -71,7 +71,7 @@ class Numbering(NamedTuple):
 
 
 def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
-    """Order of a problem by coordinates: blocks by centroid, points by position and then by the centre of their face.
+    """Order of a problem by coordinates of blocks, then of points, then of faces.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
 
 
 def _keys(coordinates: Array, size: float) -> list[Index]:
-    """Keys for ``lexsort`` of ``coordinates`` (n, 3), last coordinate first; equal within ``CLOSE`` times ``size``."""
+    """Keys for ``lexsort`` of ``coordinates`` (n, 3), equal within ``CLOSE`` ``size``."""
     return [_ranks(coordinates[:, k], CLOSE * size) for k in (2, 1, 0)]
 
 
@@ -141,13 +141,13 @@ def _ranks(values: Array, tolerance: float) -> Index:
 
 
 def _first_sign(vectors: Array) -> Array:
-    """Sign, 1 or -1, of the first component that is not zero of every one of ``vectors`` (m, 3), shape (m,)."""
+    """Sign, 1 or -1, of the first component not zero of ``vectors`` (m, 3), (m,)."""
     first = np.argmax(np.abs(vectors) > CLOSE, axis=1)
     return np.where(vectors[np.arange(len(vectors)), first] < 0.0, -1.0, 1.0)
 
 
 def _rounded(values: Array) -> Array:
-    """``values`` to :data:`DIGITS` binary digits, and zero for those that are that small beside the largest.
+    """``values`` to :data:`DIGITS` binary digits, zero where as small beside the rest.
 
     Infinite ones (joints that do not crush) stay.
     """

@@ -1,4 +1,4 @@
-"""Polish of a plane state by linear programs: the true law to the solver's last digits.
+"""Polish of a plane state by linear programs: the law to the last digits.
 
 In plane the law of a point is four complementary pairs of linear expressions,
 
@@ -41,15 +41,15 @@ NOISE = 0.3
 
 
 class ForceAnswer(NamedTuple):
-    """Multiplier, forces from the tension corner, and how much lambda would fall if a zero slack could open."""
+    """Multiplier, forces from the tension corner, and what zero slacks would lower."""
 
     multiplier: float  # scaled [-]
     force: Array  # (N', T) of every point, scaled [-], (2 m,)
-    gain: Array  # per slack, rows as those of the module's pairs, (4, m)
+    gain: Array  # fall of lambda if a zero slack could open [-], per slack, rows as those of the module's pairs, (4, m)
 
 
 class PlanePrograms:
-    """Linear programs over the statically admissible forces and over the kinematically admissible velocities."""
+    """Linear programs over admissible forces and over admissible velocities."""
 
     def __init__(self, law: JointLaw) -> None:
         """Rows of the programs of forces (N', T, lambda) and of velocities (v, z+, z-, k).
@@ -84,16 +84,16 @@ class PlanePrograms:
         self._options = {"primal_feasibility_tolerance": FEASIBLE, "dual_feasibility_tolerance": FEASIBLE}
 
     def slacks(self, force: Array) -> Array:
-        """N', R - T, R + T and q - N' in mean block loads, shape (4, m), the last infinite where nothing crushes.
+        """N', R - T, R + T and q - N' in mean block loads, (4, m).
 
-        ``force`` holds (N', T) of every point, scaled, shape (2 m,).
+        ``force`` holds (N', T) of every point, scaled, shape (2 m,). Where nothing crushes the last row is infinite.
         """
         normal, shear = force[0::2], force[1::2]
         strength = self.law.points.shear_strength(normal)
         return np.array([normal, strength - shear, strength + shear, self.law.crushing - normal]) / self.unit
 
     def rates(self, velocity: Array) -> Array:
-        """p, z+, z- and k at mean live velocity one, shape (4, m), of the rows' velocities, shape (n,)."""
+        """p, z+, z- and k at mean live velocity one, (4, m), of velocities, (n,)."""
         rate = self.law.matrix.T @ (velocity * (self.law.live_size / (self.law.live @ velocity)))
         plus, minus = np.maximum(-rate[1::2], 0.0), np.maximum(rate[1::2], 0.0)
         gap = rate[0::2] - self.law.tan_psi * (plus + minus)
@@ -112,7 +112,7 @@ class PlanePrograms:
     def forces(
         self, *, weight: Array | None = None, theta: float = 0.0, zero: Flags | None = None
     ) -> ForceAnswer | None:
-        """Minimise theta lambda + sum(weight * slack) over admissible forces whose slacks in ``zero`` vanish.
+        """Minimise theta lambda + sum(weight * slack) with slacks in ``zero`` vanishing.
 
         Parameters
         ----------
@@ -164,7 +164,9 @@ class PlanePrograms:
         return ForceAnswer(float(answer.x[-1]), force, gain)
 
     def velocities(self, *, weight: Array | None = None, zero: Flags | None = None) -> Array | None:
-        """Velocities at mean live velocity one that minimise sum(weight * rate), rates in ``zero`` held at zero.
+        """Velocities at mean live velocity one of least sum(weight * rate).
+
+        Rates in ``zero`` are held at zero.
 
         ``weight`` and ``zero`` have shape (4, m), rows as those of :meth:`rates`: opening beyond dilation, slip to
         either side, crushing.
@@ -198,7 +200,7 @@ class PlanePrograms:
 
 
 def polish(programs: PlanePrograms, state: ForceState, *, deadline: float = np.inf) -> ForceState | None:
-    """Exact state near a given one, smallest multiplier on its active set, or None when no program has a solution.
+    """Exact state near a given one, smallest on its active set, or None.
 
     The larger of slack and rate decides which of the two vanishes. Velocities come first, with the vanishing rates
     fixed; then the forces of least lambda, with slack zero only where a rate is really used. When no threshold gives a
@@ -276,7 +278,7 @@ def descend(
     random: np.random.Generator | None = None,
     deadline: float = np.inf,
 ) -> ForceState:
-    """Lower an exact state: least lambda for its velocities, then velocities towards where the duals ask to open.
+    """Lower an exact state: least lambda, then velocities where duals ask to open.
 
     Parameters
     ----------
@@ -319,7 +321,7 @@ def descend(
 
 
 def interval_in_plane(programs: PlanePrograms, state: ForceState) -> tuple[float, float]:
-    """Smallest and largest scaled multiplier whose forces comply with the mechanism of an exact state."""
+    """Smallest and largest scaled multiplier whose forces comply with a mechanism."""
     zero = programs.rates(state.velocity) > ACTIVE
     low, high = programs.forces(theta=1.0, zero=zero), programs.forces(theta=-1.0, zero=zero)
     own = state.multiplier

@@ -1,4 +1,4 @@
-"""The answer of a non-associative analysis: prediction, bound in words, details, certificate and warnings.
+"""The answer of a non-associative analysis: bound, details, certificate, warnings.
 
 ``details`` and ``provenance`` are those of the prediction: what the search found, by name, and how it was made.
 """
@@ -14,9 +14,9 @@ from limitmason.answers.acceptance import Certificate
 from limitmason.answers.results import Bound, BoundKind, FlowRule, Prediction, Range, Status
 from limitmason.limit.associative_warnings import TWISTED, self_stress, twisted_faces
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, true_forces
-from limitmason.limit.nonassociative.proven_search import FORCE_BOUND
+from limitmason.limit.nonassociative.ordered_search import FORCE_BOUND
 from limitmason.limit.nonassociative.search import Effort, SearchOutcome
-from limitmason.limit.nonassociative.smallest import Extreme
+from limitmason.limit.nonassociative.smallest_proof import Extreme
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.law_table import NON_ASSOCIATIVE, notes
@@ -39,7 +39,7 @@ FAR_BELOW = 1.2
 def without_state(
     problem: Problem, upper: Prediction, proof: Extreme | None, details: dict, provenance: dict
 ) -> Prediction:
-    """The answer where no state keeps the true law: unbounded as the associative one, or not converged.
+    """The answer where no state keeps the law: unbounded, or not converged.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ def without_state(
 def bound_alone(
     problem: Problem, upper: Prediction, details: dict, provenance: dict, status: Status
 ) -> Prediction:
-    """The answer where the search was ended before a state below the associative bound: that bound, certified as it is.
+    """The answer of a search that ended before a state: the associative bound.
 
     Parameters
     ----------
@@ -173,7 +173,10 @@ def certified(problem: Problem, prediction: Prediction) -> Prediction:
 
 
 def ended_without_state(status: Status, details: Mapping[str, Any]) -> bool:
-    """Whether the search was ended, by its time or from the keyboard, before a state that keeps the law."""
+    """Whether the search was ended before a state that keeps the law.
+
+    It ended by its time or from the keyboard.
+    """
     return status == Status.TIME_ENDED or (status == Status.INTERRUPTED and not details["certified_candidates"])
 
 

@@ -1,4 +1,4 @@
-"""Search for the smallest multiplier that the non-associative law admits: variants, random starts, descent.
+"""Search for the smallest non-associative multiplier: variants, starts, descent.
 
 The multiplier is not unique for psi < phi. Every candidate is polished and checked against the true law before it
 counts, so that the smallest one found is admissible; that nothing lies below it is not proven.
@@ -23,7 +23,10 @@ from limitmason.storage.interrupts import ends_early
 
 
 class Effort(NamedTuple):
-    """How much a search tries, counted, so that it repeats: slopes and mixings of the scheme, random starts, pushes."""
+    """How much a search tries, counted, so that it repeats.
+
+    Slopes and mixings of the scheme, random starts, pushes.
+    """
 
     slopes: tuple[float, ...]  # a of ``SchemeSettings`` [-]
     mixings: tuple[float, ...]  # b of the same [-]
@@ -76,7 +79,7 @@ max(1, lambda)."""
 
 
 class Trial(NamedTuple):
-    """One candidate: its strategy, the raw and the certified scaled multiplier (NaN where there is none), its cost."""
+    """One candidate: strategy, raw and certified scaled multiplier (or NaN), cost."""
 
     strategy: str
     sequential: float  # raw multiplier of the scheme [-]
@@ -87,7 +90,7 @@ class Trial(NamedTuple):
     best: float = float("nan")  # lowest certified so far [-]
 
     def times(self, scale: float) -> "Trial":
-        """The trial with multipliers of the live load: its scaled ones times ``scale`` [-]."""
+        """The trial in multipliers of the live load: scaled ones times ``scale`` [-]."""
         return self._replace(
             sequential=self.sequential * scale, certified=self.certified * scale, best=self.best * scale
         )
@@ -100,7 +103,7 @@ class Trial(NamedTuple):
 
 
 class SearchOutcome(NamedTuple):
-    """Outcome: the lowest exact state, the least violating one when none is exact, every trial in order."""
+    """Outcome: the lowest exact state, or the least violating one, and all trials."""
 
     best: ForceState | None  # the lowest exact state
     nearest: ForceState | None  # the one that violates the law least
@@ -113,7 +116,7 @@ class SearchOutcome(NamedTuple):
 
     @property
     def unpushed(self) -> float:
-        """Certified multiplier of the first sequence that gave one: what the scheme says without a search."""
+        """Certified multiplier of the first sequence with one: without a search."""
         values = [t.certified for t in self.trials if t.steps and np.isfinite(t.certified)]
         return values[0] if values else float("nan")
 
@@ -125,7 +128,7 @@ class SearchOutcome(NamedTuple):
 
 
 class Polisher:
-    """From a near-admissible state to an exact one: linear programs in plane, alternating cone programs in 3-D."""
+    """From a near-admissible state to an exact one: linear programs, or cones in 3-D."""
 
     def __init__(
         self, law: JointLaw, accuracy: float, *, descents: int = 0, random: np.random.Generator | None = None,
@@ -146,7 +149,7 @@ class Polisher:
         self.plane = PlanePrograms(law) if law.components == 2 else None
 
     def exact_near(self, state: ForceState, deadline: float = np.inf) -> ForceState | None:
-        """Exact state near a given one, in plane descended from there, or the nearest one when the law is not met.
+        """Exact state near a given one, in plane descended from it, or the nearest.
 
         Parameters
         ----------
@@ -172,7 +175,7 @@ class Polisher:
         return lowered if exact(lowered, self.law, self.accuracy) else found
 
     def push(self, state: ForceState, theta: float, deadline: float = np.inf) -> ForceState | None:
-        """Exact state reached after giving the multiplier a weight ``theta`` against the law [-], or None.
+        """Exact state after giving the multiplier a weight ``theta`` [-], or None.
 
         It may lie above ``state``, from which it is reached: the weight leads away, alternation back to the law.
         """
@@ -183,7 +186,7 @@ class Polisher:
         return None if back is None else self.exact_near(back, deadline)
 
     def multiplier_interval(self, state: ForceState) -> tuple[float, float]:
-        """Lowest and highest scaled multiplier at which the mechanism of an exact state is admissible [-]."""
+        """Lowest and highest scaled multiplier at which a mechanism is admissible [-]."""
         if self.plane is not None:
             return interval_in_plane(self.plane, state)
         ends = [state.multiplier]
@@ -199,7 +202,7 @@ def search_smallest(
     deadline: float = np.inf, floor: float = -np.inf, known: ForceState | None = None,
     progress: Callable[[Trial], None] | None = None,
 ) -> SearchOutcome:
-    """Smallest certified multiplier over variants of the sequential scheme, random starts and pushes.
+    """Smallest certified multiplier over variants, random starts and pushes.
 
     The first trial is made whatever the time; the search ends early where its lowest state meets ``floor``. An
     interrupt from the keyboard ends it with the trials so far.
@@ -254,7 +257,7 @@ class _Trials:
         self, law: JointLaw, effort: Effort, seed: int, accuracy: float, deadline: float, floor: float,
         known: ForceState | None, progress: Callable[[Trial], None] | None,
     ) -> None:
-        """Begin without any trial."""
+        """Begin without any trial; arguments as of :func:`search_smallest`."""
         self.law, self.effort, self.accuracy, self.deadline, self.floor = law, effort, accuracy, deadline, floor
         self.progress = progress
         self.planned = len(effort.slopes) * len(effort.mixings) + effort.random_starts + len(effort.pushes)
@@ -278,7 +281,7 @@ class _Trials:
         return self.closed or time.perf_counter() > self.deadline
 
     def sequences(self, start: Array) -> None:
-        """Try every slope and mixing of the scheme, mixings nearest to the usual one first.
+        """Try every slope and mixing of the scheme, the usual mixings first.
 
         Parameters
         ----------
@@ -310,7 +313,7 @@ class _Trials:
                 self._attempt(f"{kind}, {variant}", normal, variant, push=False)
 
     def pushes(self) -> None:
-        """Push the best state down: by every weight of the effort, in space at the end as far as it goes."""
+        """Push the best state down by every weight of the effort, in space to the end."""
         for theta in self.effort.pushes:
             if self.over or self.best is None:
                 break

@@ -1,4 +1,4 @@
-"""Sequential scheme for psi < phi: associative programs whose friction cones are frozen at the last forces."""
+"""Sequential scheme for psi < phi: programs with cones frozen at the last forces."""
 
 import time
 from typing import NamedTuple
@@ -21,7 +21,10 @@ TOLERANCE = 1e-10
 
 
 class SchemeSettings(NamedTuple):
-    """Settings of the scheme: ``slope`` a and ``offset`` c0 open the frozen cone, ``mixing`` b weighs new forces."""
+    """Settings: ``slope`` a and ``offset`` c0 open the frozen cone, ``mixing`` b.
+
+    ``mixing`` weighs new forces.
+    """
 
     slope: float = 0.005  # a, the frozen cone rises by tan(psi) - a tan(phi) [-]
     mixing: float = 0.6  # b, share of the new normal forces in the next step [-]

@@ -1,4 +1,7 @@
-"""Where runs of the sequential scheme start: slopes that fit the dilatancy, and random normal forces."""
+"""Where runs of the sequential scheme start: slopes, and random normal forces.
+
+How many there are, and with which seed, is said by :mod:`limitmason.limit.nonassociative.search`.
+"""
 
 import numpy as np
 
@@ -23,7 +26,7 @@ UNLOADED_FORCE, UNLOADED_WEIGHT = 0.02, 0.01
 
 
 def slopes_for(law: JointLaw, slopes: tuple[float, ...]) -> tuple[float, ...]:
-    """The ``slopes`` of the scheme [-], and a smaller one before them where joints dilate but a little."""
+    """The ``slopes`` of the scheme [-], and a smaller one where joints dilate little."""
     dilating = (law.tan_psi > 0) & ~law.dilatant
     if dilating.any():
         # a slope that hides a small dilatancy leads to states of psi = 0, which no polish brings back
@@ -36,7 +39,7 @@ def slopes_for(law: JointLaw, slopes: tuple[float, ...]) -> tuple[float, ...]:
 def random_start(
     law: JointLaw, forces: ForceProgram, good: Array, random: np.random.Generator, k: int
 ) -> tuple[str, Array | None]:
-    """Normal forces to start from, in turn: random admissible ones, the best disturbed, their mean, any.
+    """Normal forces to start from: random, the best disturbed, their mean, any.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The joint law as cones: linear rows and second-order cones on the scaled contact forces.
+"""The joint law as cones: linear rows and second-order cones on scaled forces.
 
 Every row reads  bound + coefficients . f  >= 0, or belongs to a second-order cone s_0 >= |(s_1, ...)| of such rows.
 """
@@ -19,7 +19,7 @@ LEAST_RADIUS = 1e-12
 
 
 class Cones(NamedTuple):
-    """Rows  constant + matrix f  in a product of one non-negative orthant and second-order cones of given sizes."""
+    """Rows constant + matrix f in an orthant and second-order cones of given sizes."""
 
     matrix: sparse.csr_array  # (rows, c m), on the scaled forces
     constant: Array  # scaled forces [-], (rows,)
@@ -28,7 +28,7 @@ class Cones(NamedTuple):
 
 
 class TorsionLimit(NamedTuple):
-    """Linearisation of the torsion limit about the centre of pressure of each interface, from the last iterate."""
+    """Linearisation of the torsion limit about the last centres of pressure."""
 
     interface: Index  # (j,)
     pole: Array  # centre of pressure [m], (j, 3)
@@ -121,7 +121,9 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
 
 
 def _add_stress_blocks(problem: Problem, rows: _Rows) -> None:
-    """Add two cones of every crushing section, one per end: N_i' >= (N_1' + N_2')^2 / (2 Q) with N_i' = N_i + t / 2.
+    """Add cones of crushing sections: N_i' >= (N_1' + N_2')^2 / (2 Q) at both ends.
+
+    N_i' = N_i + t / 2.
 
     ``rows`` are added to, three per cone and next to each other.
     """
@@ -144,7 +146,7 @@ def _add_stress_blocks(problem: Problem, rows: _Rows) -> None:
 
 
 def _add_torsion(problem: Problem, torsion: TorsionLimit, rows: _Rows) -> None:
-    """Add the cone of torsion of whole joints: moment about a pole within radius times normal force.
+    """Add the cone of torsion of joints: moment about a pole <= radius x N.
 
     The row pair reads |(sum T_1, sum T_2, M / radius)| <= sum(tan(phi) N + c A) over the points of a joint, M about its
     normal through the pole.

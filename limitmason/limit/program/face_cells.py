@@ -1,4 +1,4 @@
-"""Cells of cohesive faces in space: where cohesion acts, for it may not gather at corners as friction may.
+"""Cells of cohesive faces in space: cohesion may not gather at corners.
 
 Dry friction follows the pressure, which may gather at the corners of a face: its corners represent it exactly. Cohesion
 is spread over the area and resists a slip that turns by the integral of c |s|, not by c A times |s| at the corners. So
@@ -47,20 +47,20 @@ EMPTY = 1e-12
 
 
 def spread_cohesion(assembly: Assembly) -> Array:
-    """Cohesion less what the cone's own tension corner explains, c - tan(phi) t, per interface [Pa]."""
+    """Cohesion less what the tension corner explains, c - tan(phi) t [Pa]."""
     law = interface_law(assembly.arrays)
     return np.where(law.cut_off, law.corner_cohesion, 0.0)
 
 
 def whole_faces(assembly: Assembly) -> Cells:
-    """One cell, the whole face, for every face that has cohesion of its own and touches a free block."""
+    """One cell, the whole face, for every cohesive face that touches a free block."""
     x = assembly.arrays
     free = ~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])
     return {k: (_outline(assembly, k),) for k in np.flatnonzero((spread_cohesion(assembly) > 0) & free).tolist()}
 
 
 def _outline(assembly: Assembly, k: int) -> Array:
-    """Corners of interface ``k`` in its own tangents about its centroid [m], shape (n, 2)."""
+    """Corners of interface ``k`` in its tangents about its centroid [m], (n, 2)."""
     x = assembly.arrays
     frame = np.column_stack([x.tangent_1[k], x.tangent_2[k]])
     return (x.corners[x.corner_start[k] : x.corner_start[k + 1]] - x.centre[k]) @ frame
@@ -99,7 +99,7 @@ def with_cells(assembly: Assembly, points: ContactPoints, cells: Cells) -> Conta
 
 
 def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> Cells:
-    """Cells cut so that a mechanism dissipates in them what it does on whole faces, but for an allowed power [W].
+    """Cells cut so that a mechanism dissipates as on whole faces, to a power [W].
 
     A cell whose error is e becomes k wedges, of error e / k^2; the least number in all has k in proportion to the cube
     root of e.

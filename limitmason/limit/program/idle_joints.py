@@ -1,4 +1,4 @@
-"""Joints of weightless blocks through which nothing passes: what a solver leaves there is rounding, not force.
+"""Joints of weightless blocks that nothing passes: rounding there is no force.
 
 A block without load that others do not press on may have joint forces of any size next to nothing. By its own measure,
 the forces on it, such rounding is neither in equilibrium nor within the joint law. Without forces it is in both.

@@ -1,4 +1,4 @@
-"""The static theorem as scaled sparse arrays: what every limit-analysis program of this package starts from."""
+"""The static theorem as scaled sparse arrays, from which every program starts."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ class Problem(NamedTuple):
         return self.force_scale * np.einsum("mc,mci->mi", f, self.points.directions)
 
     def twists(self, dual: Array) -> Array:
-        """Twists of all blocks: velocity [m/s] and rotation rate [rad/s], shape (n_blocks, 6).
+        """Twists of all blocks: [m/s] and [rad/s], shape (n_blocks, 6).
 
         ``dual`` are the duals of the equilibrium rows, shape (r,). Held degrees of freedom have none and do not move.
         """
@@ -136,14 +136,14 @@ class Problem(NamedTuple):
         return resultants_from_points(self.assembly, p.position, p.interface, p.area, force)
 
     def mechanism(self, loads: Loads, dual: Array) -> Mechanism | None:
-        """The motion of the duals of the equilibrium rows, shape (r,), or None where the live load does no work on it.
+        """The motion of duals of the rows, (r,), or None where the live load does no work.
 
         It is scaled so that the power of the live load of ``loads`` is the size of that load.
         """
         return scaled_mechanism(self.assembly, loads, self.twists(dual), self.points.position, self.points.interface)
 
     def proven_by(self, loads: Loads, twists: Array, candidates: tuple[Array, ...] = ()) -> Kinematics:
-        """What a motion alone proves of loads, see :func:`limitmason.mechanics.certificate.kinematic_multiplier`.
+        """What a motion alone proves of loads, as ``kinematic_multiplier`` does.
 
         Parameters
         ----------
@@ -244,7 +244,7 @@ def make_problem(
 def _checked_plane(
     assembly: Assembly, loads: Loads, cases: Array, in_plane: bool | None, *, live_required: bool
 ) -> Plane | None:
-    """The plane that a problem reduces to, None for one in space; what makes no problem is refused.
+    """The plane that a problem reduces to, None in space; no problem is refused.
 
     Arguments are those of :func:`make_problem`.
     """
@@ -269,7 +269,7 @@ def _checked_plane(
 
 
 def _refuse_endless_ties(assembly: Assembly, load: float) -> None:
-    """Refuse a tie whose strength is so far above the total load [N] that a solver takes it for a rod without end."""
+    """Refuse a tie so strong beside the total load [N] that it is a rod without end."""
     for tie in assembly.ties:
         if tie.strength > ENDLESS * load:
             raise InputError(

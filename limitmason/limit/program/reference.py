@@ -1,4 +1,4 @@
-"""The static theorem written out in cvxpy: the readable reference, and the door to other solvers."""
+"""The static theorem written out in cvxpy: readable, and a door to other solvers."""
 
 import time
 from typing import Any
@@ -13,7 +13,7 @@ from limitmason.limit.program.static import Solution
 
 
 def solve_reference(problem: Problem, *, solver: str | None = None, verbose: bool = False, **options: Any) -> Solution:
-    """Maximise lambda by cvxpy: the same program as :func:`limitmason.limit.program.static.solve_static`, cone by cone.
+    """Maximise lambda by cvxpy: the program of ``solve_static``, cone by cone.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Scaling of a static theorem whose blocks differ much in load: every block's equations relative to its own load.
+"""Scaling where blocks differ much in load: equations relative to own loads.
 
 A solver stops where residuals are small beside the largest numbers of a program. In units of the total load the
 equations of a small stack beside a very large block are then never solved at all. Here every row is divided by the load
@@ -22,7 +22,7 @@ def row_blocks(problem: Problem) -> Index:
 
 
 def block_norms(problem: Problem, load: Array) -> Array:
-    """Size of a load on every block over ``force_scale`` [-], forces and moments together, shape (n_blocks,).
+    """Size of a load on blocks over ``force_scale`` [-], with moments, (n_blocks,).
 
     ``load`` is scaled, of every row, shape (r,).
     """
@@ -30,12 +30,14 @@ def block_norms(problem: Problem, load: Array) -> Array:
 
 
 def unit_loads(problem: Problem) -> Array:
-    """Dead and live load of every block over ``force_scale`` [-], shape (n_blocks,), or zero for held blocks."""
+    """Dead and live load of blocks over ``force_scale`` [-], (n_blocks,), 0 if held."""
     return block_norms(problem, problem.dead) + block_norms(problem, problem.live)
 
 
 def own_loads(problem: Problem) -> Array:
-    """Dead load of every block over ``force_scale`` [-], shape (n_blocks,); live load where no block has dead load.
+    """Dead load of blocks over ``force_scale`` [-], (n_blocks,), or their live load.
+
+    It is the live one where no block has dead load.
 
     Held blocks have zero. A block without load takes the largest of its neighbours', from block to block.
     """

@@ -19,7 +19,7 @@ from limitmason.mechanics.residuals import largest_on_blocks, own_measures
 
 
 class Solution(NamedTuple):
-    """Scaled result: multiplier, contact forces and block velocities (live . v = 1), with the solver's account."""
+    """Scaled multiplier, contact forces, velocities (live . v = 1), solver's account."""
 
     status: Status
     multiplier: float  # scaled [-]
@@ -64,7 +64,7 @@ OPENING_TOLERANCE = 1e-6
 
 
 def solver_settings(tolerance: float, *, max_iterations: int = 200, verbose: bool = False) -> clarabel.DefaultSettings:
-    """Clarabel settings that reach the stated tolerance on walls of 50 to 10,000 blocks.
+    """Clarabel settings that reach a tolerance on walls of 50 to 10,000 blocks.
 
     Parameters
     ----------
@@ -85,7 +85,7 @@ def solve_static(
     problem: Problem, cones: Cones, *, tolerance: float = 1e-10, max_iterations: int = 200, verbose: bool = False,
     direction: Array | None = None, within: Array | None = None,
 ) -> Solution:
-    """Maximise lambda subject to matrix f + dead + lambda live + u free = 0 and f within the cones.
+    """Maximise lambda: matrix f + dead + lambda live + u free = 0, f within cones.
 
     The multipliers of the equilibrium rows are the velocities of the collapse mechanism.
 
@@ -130,14 +130,14 @@ def solve_static(
 
 
 def _kinds(rows: int, cones: Cones, limits: int = 0) -> list[Any]:
-    """Clarabel's cones: ``rows`` equations first, then ``limits`` rows of limits on multipliers and the joint law."""
+    """Clarabel's cones: ``rows`` equations, ``limits`` on multipliers, joint law."""
     count = limits + cones.n_linear
     linear = [clarabel.NonnegativeConeT(count)] if count else []
     return [clarabel.ZeroConeT(rows), *linear, *(clarabel.SecondOrderConeT(size) for size in cones.cone_sizes)]
 
 
 class Carried(NamedTuple):
-    """Whether the dead load can be carried, with the forces that do, or the velocities at which it falls."""
+    """Whether the dead load can be carried: the forces, or the velocities of a fall."""
 
     stands: bool | None  # None when the solver cannot tell
     force: Array | None  # scaled [-], (c m,); None unless it stands
@@ -181,7 +181,9 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
 
 
 def _pressure_alone(problem: Problem, own: Array, tolerance: float) -> Array | None:
-    """Normal forces of level joints that carry the dead load without any shear, scaled, shape (c m,), or None.
+    """Normal forces of level joints that carry the dead load without shear, or None.
+
+    Scaled, shape (c m,).
 
     They have the least sum of squares. Joints that crush are left out: where nothing crushes, any compression without
     shear is within the joint law.
@@ -216,7 +218,7 @@ def _pressure_alone(problem: Problem, own: Array, tolerance: float) -> Array | N
 
 
 def _without_rounding(problem: Problem, force: Array, own: Array) -> Array:
-    """Scaled ``force`` (c m,) without what is rounding on blocks that bear none of a load.
+    """Scaled ``force`` (c m,) without rounding on blocks that bear none of a load.
 
     ``own`` is the load of every block as in :func:`_balances`.
     """
@@ -242,7 +244,9 @@ def _balances(problem: Problem, force: Array, load: Array, own: Array) -> bool:
 
 
 def in_balance(problem: Problem, force: Array, multiplier: float) -> Array:
-    """Contact forces that carry dead and live load on every block, each changed by as small a share as that takes.
+    """Contact forces that carry the load on every block, each changed very little.
+
+    It is the least sum of squares of relative changes.
 
     A solver leaves a block that is light beside what it passes on out of balance by rounding of the latter. Forces that
     balance, and those that no change by 1e-6 of themselves balances, come back as they are.
@@ -270,7 +274,7 @@ def in_balance(problem: Problem, force: Array, multiplier: float) -> Array:
 
 
 def carries_any(problem: Problem, solution: Solution) -> bool:
-    """Whether the forces of a solution grow with the live load without end: a ray that proves "unbounded".
+    """Whether forces of a solution grow with the live load without end: "unbounded".
 
     A f + live = 0 on every block, by its own live load, with friction and normal force alone: cohesion, ties and joints
     that crush have a largest force and no ray. Every block is judged by its own load, since cohesion that is rounding
@@ -302,7 +306,7 @@ def carries_any(problem: Problem, solution: Solution) -> bool:
 
 
 def opening_motion(problem: Problem) -> tuple[Array | None, float]:
-    """Velocities that open every joint by more than its friction asks for, or None when the blocks are wedged.
+    """Velocities that open every joint beyond friction, or None of wedged blocks.
 
     Minimise |v|^2 subject to e_n - tan(phi) |e_t| >= 1 at every contact point, e = A^T v. Added in a small amount to a
     solver's mechanism it makes that strictly admissible. Depends on geometry and friction alone.

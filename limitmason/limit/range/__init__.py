@@ -1,1 +1,1 @@
-"""What bounds a multiplier where flow is not known: the bracket of two associative laws, and the proven range."""
+"""What bounds a multiplier where flow is not known: bracket, and proven range."""

@@ -1,4 +1,4 @@
-"""Radenkovic's bracket: what is certain about a multiplier when the dilatancy angle lies below the friction angle."""
+"""Radenkovic's bracket: what is certain when dilatancy lies below friction."""
 
 import math
 from dataclasses import dataclass, replace
@@ -75,7 +75,7 @@ def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
 
 
 def inside(joint: Joint) -> Joint:
-    """The ``joint`` with friction psi: its law lies inside the given one and shares its tension corner."""
+    """The ``joint`` with friction psi, inside its law, with its tension corner."""
     law = peak_law([joint]).inside()
     return replace(
         joint, friction_angle_deg=joint.dilatancy_angle_deg, cohesion=float(law.cohesion[0]),

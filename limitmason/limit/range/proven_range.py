@@ -1,4 +1,4 @@
-"""Between which multipliers every admissible state of a small plane structure lies, with what proves it."""
+"""Between which multipliers all states of a small plane structure lie, by proof."""
 
 import time
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exac
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms
 from limitmason.limit.nonassociative.search import EFFORTS, search_smallest
-from limitmason.limit.nonassociative.smallest import (
+from limitmason.limit.nonassociative.smallest_proof import (
     ACCURACY,
     ASSOCIATIVE,
     MARGIN,
@@ -218,7 +218,7 @@ def proven_range(
 
 
 def _starting_forces(problem: Problem, law: JointLaw, upper: Prediction) -> Array:
-    """Normal forces N' to begin a search with, scaled, shape (m,): of the associative answer ``upper``.
+    """Normal forces N' to begin a search with, scaled, (m,), of the answer ``upper``.
 
     They are all equal where it has no forces.
     """
@@ -229,7 +229,7 @@ def _starting_forces(problem: Problem, law: JointLaw, upper: Prediction) -> Arra
 
 
 def _associative_end(problem: Problem, law: JointLaw, which: tuple[str, ...]) -> Prediction:
-    """The associative answer, which ends the range where it has an end; refused where there is no range to prove.
+    """The associative answer, an end of the range, or refused where there is no range.
 
     ``which`` are the names of the ends that are asked for.
     """
@@ -249,7 +249,7 @@ def _largest(
     programs: PlanePrograms, found: ForceState, top: float, limits: Array, force: float, time_limit: float,
     tolerance: float,
 ) -> Extreme:
-    """Largest admissible multiplier, scaled: a state that has it, a bound above it, and whether they agree.
+    """Largest admissible scaled multiplier: state, bound above, whether they agree.
 
     Where the forces that go with the mechanism found carry the associative multiplier, that is it. Else the
     mixed-integer program looks for more.

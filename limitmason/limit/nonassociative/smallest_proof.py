@@ -1,4 +1,8 @@
-"""Smallest admissible multiplier of a small plane structure with a proof: what lies below the states already found."""
+"""Proof of the smallest multiplier of a plane structure: what lies below.
+
+Branch and bound is in :mod:`limitmason.limit.nonassociative.mixed_integer`, by HiGHS, a bound without stated bounds on
+forces and velocities in :mod:`limitmason.limit.nonassociative.lifted`.
+"""
 
 import time
 from typing import NamedTuple
@@ -33,7 +37,7 @@ LEAST_SECONDS = 0.1
 
 
 class Extreme(NamedTuple):
-    """Lowest (or highest) exact state known, and the multiplier beyond which there is none within the bounds."""
+    """Lowest (or highest) exact state known, and the multiplier with none beyond."""
 
     state: ForceState | None
     bound: float
@@ -49,7 +53,7 @@ class Extreme(NamedTuple):
 
     @property
     def value(self) -> float:
-        """Multiplier of the state, NaN without one; beyond the bound if the state moves faster than is stated."""
+        """Multiplier of the state, NaN without one; the bound if it moves too fast."""
         return float("nan") if self.state is None else self.state.multiplier
 
     @property
@@ -58,7 +62,7 @@ class Extreme(NamedTuple):
         return np.inf if self.state is None else abs(self.value - self.bound)
 
     def times(self, scale: float) -> "Extreme":
-        """This extreme with multiplier and bound in units of the live load, by its scale [-]."""
+        """This extreme with multiplier and bound in units of the live load, by a scale."""
         state = None if self.state is None else self.state._replace(multiplier=self.value * scale)
         return self._replace(state=state, bound=self.bound * scale)
 
@@ -94,7 +98,7 @@ def velocity_limits(problem: Problem, velocity_bound: float = 1.0) -> Array:
 
 
 def close(value: float, bound: float, tolerance: float) -> bool:
-    """Whether the multiplier of a state meets a bound [-], within ``tolerance`` relative to max(1, value)."""
+    """Whether a multiplier meets a bound [-], within ``tolerance`` of max(1, value)."""
     return bool(np.isfinite(value) and abs(value - bound) <= tolerance * max(1.0, abs(value)))
 
 
@@ -103,7 +107,9 @@ def prove_smallest(
     velocity_bound: float = 20.0, force_bound: float = 20.0, time_limit: float = 60.0, tolerance: float = 1e-5,
     widenings: int = 0, verbose: bool = False,
 ) -> Extreme:
-    """Radenkovic's bound, the lifted program, the mixed-integer program, until one meets the lowest state.
+    """Radenkovic's bound, lifted program, mixed-integer program, until one meets.
+
+    What is to be met is the lowest state.
 
     Parameters
     ----------
@@ -183,7 +189,7 @@ def prove_smallest(
 
 
 def _share(law: JointLaw, state: ForceState | None, limits: Array) -> float:
-    """Largest velocity of a state at mean live velocity one over its bound [-], 0 without a state; ``limits`` (r,)."""
+    """Largest velocity of a state over its bound [-], 0 without one; ``limits`` (r,)."""
     if state is None:
         return 0.0
     return float(np.max(np.abs(state.velocity) * (law.live_size / (law.live @ state.velocity)) / limits))

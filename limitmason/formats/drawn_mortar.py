@@ -3,6 +3,7 @@
 The distance from a convex outline is that of its mitred offsets, max_k (n_k . x - c_k) over its sides; negative inside.
 Where two of them are equal the stones meet: half-way between their sides, also where these are not parallel or overlap.
 A polygon of such parts has the least of their distances. Nearness divides the plane, so that stones cannot overlap.
+Scanned stones, in space, are made to meet by :mod:`limitmason.formats.stones`.
 
 ``rings`` are outlines x, z [m], shape (n, 2) each; ``shapely`` is the module, passed on as it is optional; ``reach`` is
 half of the widest joint and ``grid`` the size to which coordinates are rounded [m].

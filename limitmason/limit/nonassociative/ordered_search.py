@@ -1,4 +1,7 @@
-"""Search for the smallest admissible multiplier in an order read off the geometry, and its proof on small problems.
+"""Search for the smallest multiplier in an order off the geometry, and its proof.
+
+The search is :mod:`limitmason.limit.nonassociative.search`, the proof
+:mod:`limitmason.limit.nonassociative.smallest_proof`.
 
 ``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
 """
@@ -25,7 +28,7 @@ from limitmason.limit.nonassociative.search import (
     Trial,
     search_smallest,
 )
-from limitmason.limit.nonassociative.smallest import Extreme, prove_smallest, velocity_limits
+from limitmason.limit.nonassociative.smallest_proof import Extreme, prove_smallest, velocity_limits
 from limitmason.limit.program.problem import Problem
 from limitmason.mechanics.law_table import GRID, PROVEN_SMALLEST, refuse
 from limitmason.storage.interrupts import ends_early
@@ -143,7 +146,7 @@ def search_and_prove(
 def _in_order_of_geometry(
     problem: Problem, law: JointLaw, effort: Effort, *, deadline: float, **options: Any
 ) -> tuple[Ordered, SearchOutcome]:
-    """Search in an order that does not depend on how blocks are numbered: law and outcome of the lower end.
+    """Search in an order free of numbering: law and outcome of the lower end.
 
     A search is local, and a mirrored order of a symmetric wall ends elsewhere: where the effort asks for it both are
     searched, so that a plane wall and its mirror image give one value. In space the standard search is short where the
@@ -211,9 +214,11 @@ def _in_order_of_geometry(
 
 
 def _starting_forces(law: JointLaw, deadline: float) -> tuple[Array, ForceState | None]:
-    """Normal forces N' to start from, scaled, shape (m,), and the associative state that they are of.
+    """Normal forces N' to start from, scaled, (m,), and the associative state.
 
-    They are equal ones, and the state None, where that has no bound. The program ends at the ``deadline``.
+    N' = N + t is counted from the tension corner, see :class:`JointLaw`. Where the live load has no power in the
+    associative mechanism, or the solver leaves what is no number, the forces are equal ones and the state is None. The
+    program ends at the ``deadline``.
     """
     _, state = ForceProgram(law, slope=law.tan_phi, tolerance=TOLERANCE, deadline=deadline).largest(law.cohesion)
     if state is None:
