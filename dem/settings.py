@@ -1,7 +1,7 @@
 """Settings of the DEM: of a search for the collapse multiplier, and of a structure that is driven.
 
 Defaults of damping stand where it is used: ``dem.multiplier.collapse``, ``dem.driving.block_structure``,
-``dem.stages.stage_run`` and ``dem.model.rest_criterion``.
+``dem.stages.stage_run`` and ``dem.model.unbalance``.
 """
 
 from __future__ import annotations

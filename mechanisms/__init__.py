@@ -3,6 +3,7 @@
 Facades out of plane: simple rocking (A), compound rocking with stepped cracks in the side walls (B), horizontal flexure
 (D); overturning, sliding, inclined hinges and Rondelet's rule; stepped cracks in plane; thinnest arches. A, B and D
 prescribe their friction: engineering estimates, no bounds of limit analysis; ``Prediction.bound`` says which is what.
+Crushing moves no hinge inward here: see ``limitmason.mechanics.pier_strength`` and :func:`limitmason.limit_analysis`.
 All are at the reference pose: for alpha(d), the load along the motion, see ``lm.pushover`` (``limitmason.capacity``).
 """
 

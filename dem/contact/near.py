@@ -14,8 +14,8 @@ from dem import kernels
 from dem.kernels import NearPairs
 from dem.kernels.arrays import Index
 from dem.model.pieces import Pieces
-from dem.model.rest_criterion import smallest_edge
 from dem.model.state import State
+from dem.model.unbalance import smallest_edge
 from limitmason.arrays import Array, Flags
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.model import Assembly

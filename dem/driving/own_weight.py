@@ -4,8 +4,8 @@ from dataclasses import replace
 from typing import Any
 
 from dem.kernels import LAW
-from dem.model.rest_criterion import EVENLY, SLID, slid_and_moved
 from dem.model.state import State, UnsettledError, UnstableError
+from dem.model.unbalance import EVENLY, SLID, slid_and_moved
 from dem.stages.history import History
 from dem.stages.resuming import RunStatus
 from dem.stages.simulate import simulate

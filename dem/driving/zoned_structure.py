@@ -14,8 +14,8 @@ from dem.driving.structure import DrivenStructure, widest_spacing
 from dem.kernels.arrays import LAW
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_LOST, Z_SUPPORT
 from dem.model.joint_marks import MARKS
-from dem.model.rest_criterion import CALM
 from dem.model.state import UnstableError
+from dem.model.unbalance import CALM
 from dem.settings import ZONED_STEPS, PushSettings
 from dem.stages.resuming import RunStatus, signature
 from dem.stages.store import Samples

@@ -1,4 +1,7 @@
-"""Threads that share the steps of a large structure: where they wait."""
+"""Threads that share the steps of a large structure: where they wait.
+
+How many share a step is chosen in ``dem.model.shared_steps``.
+"""
 
 import multiprocessing
 import os

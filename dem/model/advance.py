@@ -3,9 +3,9 @@
 import numpy as np
 
 from dem import kernels
-from dem.model.rest_criterion import CALM
 from dem.model.shared_steps import shared_advance
 from dem.model.state import DYNAMIC, State, UnstableError
+from dem.model.unbalance import CALM
 from limitmason.arrays import Array
 from limitmason.geometry.rotation import axial
 from limitmason.model import Assembly

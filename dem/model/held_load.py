@@ -8,8 +8,8 @@ import numpy as np
 
 from dem.model.advance import run, run_constant, without_arms
 from dem.model.edge_points import follow_edges
-from dem.model.rest_criterion import Scale, displacement_since, unbalance_of_blocks
 from dem.model.state import State
+from dem.model.unbalance import Scale, displacement_since, unbalance_of_blocks
 from limitmason.arrays import Array
 from limitmason.model import Assembly
 from limitmason.model.stages import Damping

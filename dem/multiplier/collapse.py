@@ -14,8 +14,8 @@ from dem.model.initial_state import initial_state
 from dem.model.joint_marks import bond_yielded
 from dem.model.joints import Grid, JointOptions, chosen_points, losses
 from dem.model.pieces import reaches
-from dem.model.rest_criterion import smallest_edge
 from dem.model.state import QUASI_STATIC, State
+from dem.model.unbalance import smallest_edge
 from dem.multiplier.search import APPROACH, Controls, Search, increments
 from dem.papers import COLLAPSE
 from dem.settings import EDGES, DemSettings

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from dem.model.held_load import EQUILIBRIUM, MOVING, UNDECIDED, LoadOnset, LoadVerdict, hold
-from dem.model.rest_criterion import EVENLY, SETTLING, SLID, Scale, slid_and_moved
 from dem.model.state import State
+from dem.model.unbalance import EVENLY, SETTLING, SLID, Scale, slid_and_moved
 from limitmason.answers.results import Mechanism, Status
 from limitmason.arrays import Array
 from limitmason.display.progress import reached, watched

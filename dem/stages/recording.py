@@ -13,9 +13,9 @@ from dem.contact.near import SMALL, Neighbours, farthest, near_margin, travel_pe
 from dem.model.advance import stand_back, without_arms
 from dem.model.joint_marks import MARKS, joint_marks
 from dem.model.pieces import Pieces, reaches
-from dem.model.rest_criterion import SLID, Scale, slid_and_moved, unbalance
 from dem.model.state import DYNAMIC, LIVE, WEIGHT, WEIGHT_X, WEIGHT_Y, State, UnstableError
 from dem.model.tie_arrays import pulls
+from dem.model.unbalance import SLID, Scale, slid_and_moved, unbalance
 from dem.stages.floor import Floor
 from dem.stages.history import COLUMNS, History, RunSettings
 from dem.stages.resuming import Position, RunStatus, Watch

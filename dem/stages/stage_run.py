@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from dem.model.advance import run
-from dem.model.rest_criterion import SETTLING, displacement_since, restless
 from dem.model.stable_step import block_stiffness
 from dem.model.state import DYNAMIC, State, UnstableError
+from dem.model.unbalance import SETTLING, displacement_since, restless
 from dem.stages.load_factors import load_factors
 from dem.stages.recording import Recorder
 from dem.stages.resuming import Position, RunStatus

@@ -1,4 +1,4 @@
-"""What makes an answer accepted: the figures of its certificate, and their limits."""
+"""What makes an answer accepted, "solved": the figures of its certificate, and their limits."""
 
 from __future__ import annotations
 

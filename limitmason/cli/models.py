@@ -1,4 +1,7 @@
-"""Commands on one model: solve, figure, view, template."""
+"""Commands on one model: solve, figure, view, template.
+
+File or packaged case becomes a model in ``console.read_target``.
+"""
 
 from __future__ import annotations
 

@@ -33,6 +33,9 @@ SHARES = {"SLV": 0.4, "SLC": 0.6}
 PERIODS = {"SLV": 1.68, "SLC": 1.56}
 """T = factor pi sqrt(d / a) [C8.7.1.10, C8.7.1.11]."""
 
+BEHAVIOUR_FACTOR = 2.0
+"""q of the check of SLV by forces alone: ag over that which sets the mechanism in motion [-]."""
+
 
 class Capacity(NamedTuple):
     """Capacity of a mechanism as an oscillator, for one way of counting its bodies."""
@@ -124,7 +127,7 @@ def capacity_of(
             ag[state] = _reached(spectra[state], asked)
     return Capacity(
         bodies=len(weights), mass_share=share, a0=a0, d0=d0, d=d, a=a, period=period, ag=ag,
-        ag_simplified=2.0 * in_motion["SLV"],
+        ag_simplified=BEHAVIOUR_FACTOR * in_motion["SLV"],
     )
 
 

@@ -1,4 +1,7 @@
-"""Reading the packaged tables: CSV files with names, a line of units and a source in every row."""
+"""Reading the packaged tables and the source, licence and checksums of their folder, ``source.json``.
+
+Tables are CSV files with names, a line of units and a source in every row.
+"""
 
 import hashlib
 import json

@@ -21,9 +21,9 @@ from limitmason.figures.forces import contact_forces
 from limitmason.figures.history import history_curves, load_displacement
 from limitmason.figures.modes import mac_matrix, mode_shape
 from limitmason.figures.plastic_zones import plasticity
+from limitmason.figures.report_page import structure_report
 from limitmason.figures.safety import assessment, axle_envelope, load_region
 from limitmason.figures.scene import Scene, view
-from limitmason.figures.structure_page import structure_report
 from limitmason.figures.studies import histogram, side_by_side, study_lines
 from limitmason.figures.style import print_style
 from limitmason.figures.tilt import tilt_test

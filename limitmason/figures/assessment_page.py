@@ -13,8 +13,8 @@ from limitmason.codes.mechanism_capacity import DAMPING, Capacity, Spectrum
 from limitmason.constants import VERSION
 from limitmason.figures.collapse_mechanism import mechanism
 from limitmason.figures.page import bullets, image, table, write_page
+from limitmason.figures.report_page import geometry_facts, joint_table, load_facts
 from limitmason.figures.safety import assessment
-from limitmason.figures.structure_page import geometry_facts, joint_table, load_facts
 
 _SHEET = """
 .sheet { display: grid; grid-template-columns: 2fr 3fr; gap: 1.2rem; align-items: start; }

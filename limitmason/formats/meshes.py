@@ -1,4 +1,7 @@
-"""Triangle meshes in PLY, STL, OFF or OBJ: files, folders and archives of them, and blocks exactly as drawn."""
+"""Triangle meshes in PLY, STL, OFF or OBJ: files, folders and archives of them, and blocks exactly as drawn.
+
+Corners at one place are made one, and bodies told apart, in ``geometry.shells``.
+"""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs
 from limitmason.geometry.merged_patches import ContactPatch, merged
-from limitmason.geometry.overlap import near_pairs, penetrations
+from limitmason.geometry.penetration import near_pairs, penetrations
 from limitmason.geometry.polygon import centroid_in_space, width_in_space
 from limitmason.geometry.polyhedron import Solid
 
@@ -155,7 +155,7 @@ def find_contacts(
     Notes
     -----
     Edge-to-edge and corner-to-face touching without an area carries no interface; see
-    :func:`limitmason.geometry.overlap.touching_edges`.
+    :func:`limitmason.geometry.penetration.touching_edges`.
     """
     rules = rules or ContactRules()
     n = int(owner.max()) + 1 if len(owner) else 0

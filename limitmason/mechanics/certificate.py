@@ -2,7 +2,7 @@
 
 Everything is recomputed with numpy from the assembly, the loads and the prediction's forces and twists. Nothing of the
 solver that made them is used, nor the equilibrium matrix: forces are summed block by block, rates are differences of
-rigid velocities at the contact points.
+rigid velocities at the contact points. Limits from which an answer is accepted: ``limitmason.answers.acceptance``.
 """
 
 from __future__ import annotations

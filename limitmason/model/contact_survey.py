@@ -12,7 +12,7 @@ from limitmason.errors import InputError
 from limitmason.geometry import contact
 from limitmason.geometry.contact import Candidates, ContactRules, DoubtfulContact
 from limitmason.geometry.facing import all_faces
-from limitmason.geometry.overlap import near_pairs, penetrations, touching_edges
+from limitmason.geometry.penetration import near_pairs, penetrations, touching_edges
 from limitmason.model import detection
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.contact_report import TINY, ContactEntry, ContactReport, EdgeContact, NearMiss

@@ -11,7 +11,7 @@ import dem
 import limitmason as lm
 from dem.kernels import LAW
 from dem.model.held_load import hold
-from dem.model.rest_criterion import Scale
+from dem.model.unbalance import Scale
 
 collapse = functools.partial(dem.collapse, error_budget=())
 

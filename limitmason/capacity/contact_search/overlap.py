@@ -6,7 +6,7 @@ from limitmason.arrays import Array
 from limitmason.capacity.contacts import PathContacts
 from limitmason.capacity.kinematics import Pose
 from limitmason.geometry.facing import all_faces
-from limitmason.geometry.overlap import near_pairs, penetrations
+from limitmason.geometry.penetration import near_pairs, penetrations
 from limitmason.geometry.polyhedron import Solid
 from limitmason.model.assembly import Assembly
 

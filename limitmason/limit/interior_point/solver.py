@@ -4,8 +4,8 @@ Infeasible primal-dual predictor-corrector with separate primal and dual steps. 
 of the block velocities alone, so a wall of 10,000 blocks takes seconds and hardly more memory than its own data.
 
 Sources: Mehrotra (1992), On the implementation of a primal-dual interior point method; Nesterov and Todd (1997, 1998),
-Self-scaled barriers; Gondzio (1996), Multiple centrality corrections. Ordering and factorisation: ``factor`` and
-:mod:`limitmason.multifrontal`.
+Self-scaled barriers; Gondzio (1996), Multiple centrality corrections. Length of a step: ``newton``. Ordering and
+factorisation: ``factor`` and :mod:`limitmason.multifrontal`.
 """
 
 import time

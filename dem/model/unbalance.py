@@ -1,4 +1,7 @@
-"""When blocks rest: unbalanced forces and displacements against what a block carries, weighs and measures."""
+"""Unbalanced forces and displacements, over what a block carries, weighs and measures.
+
+Whether blocks rest is decided with them: in ``dem.stages.stage_run`` where they settle, in ``held_load`` under a load.
+"""
 
 from dataclasses import dataclass, replace
 

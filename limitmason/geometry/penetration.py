@@ -1,5 +1,7 @@
 """Convex bodies near each other: how deep they overlap, and where they touch along an edge or at a corner alone.
 
+The common area of two faces is in ``facing``.
+
 ``start`` is the row of each solid's first face, and p and q are the two solids of every pair.
 """
 

@@ -1,6 +1,7 @@
 """The report of one structure as one HTML page: what it is, and all theories.
 
-``model`` and ``loads`` are the problem, ``compared`` is what the theories say.
+``model`` and ``loads`` are the problem, ``compared`` is what the theories say. The page of ``lm.view``, in space, is
+:mod:`limitmason.figures.scene`.
 """
 
 from __future__ import annotations
