@@ -14,6 +14,7 @@ from limitmason.errors import InputError
 from limitmason.figures.page import write_page
 from limitmason.storage import files
 from limitmason.storage.csv_table import write_table
+from limitmason.study.run_fingerprint import fingerprint
 
 
 def column(name="a"):
@@ -137,11 +138,18 @@ def test_a_torn_checkpoint_is_refused_by_its_name_wherever_it_is_torn(tmp_path):
         (tmp_path / "torn.npz").write_bytes(whole[:n])
         with pytest.raises(InputError, match=r"torn\.npz"):
             dem.History.load(tmp_path / "torn.npz", wall)
-    bad = bytearray(whole)
-    bad[len(whole) // 2] ^= 0xFF
-    (tmp_path / "flipped.npz").write_bytes(bytes(bad))
-    with pytest.raises(InputError, match=r"flipped\.npz"):
-        dem.History.load(tmp_path / "flipped.npz", wall)
+    refused = 0
+    for n in range(len(whole) // 2, len(whole) - 1, len(whole) // 64):
+        bad = bytearray(whole)
+        bad[n] ^= 0xFF
+        (tmp_path / "flipped.npz").write_bytes(bytes(bad))
+        try:  # what the archive says twice, its time and lengths, is read once: then nothing is lost
+            same = dem.History.load(tmp_path / "flipped.npz", wall)
+            assert fingerprint(same.state) == fingerprint(run.state)
+        except InputError as error:
+            assert "flipped.npz" in str(error)
+            refused += 1
+    assert refused > 16
     with pytest.raises(InputError, match="no file"):
         dem.History.load(tmp_path / "none.npz", wall)
 
