@@ -250,6 +250,11 @@ class Archive(dict[str, Any]):
         return Archive(self.path, {k.removeprefix(begin): v for k, v in self.items() if k.startswith(begin)})
 
 
+# what reading damaged archives raises beside its own errors: a byte may name a place before the file (OSError), a
+# compression that there is not (NotImplementedError) or a password (RuntimeError)
+_DAMAGED = (ValueError, EOFError, KeyError, OSError, NotImplementedError, RuntimeError)
+
+
 def read_archive(path: str | Path) -> Archive:
     """All arrays of the numpy archive ``path`` by name.
 
@@ -263,7 +268,9 @@ def read_archive(path: str | Path) -> Archive:
     try:
         with np.load(path, allow_pickle=False) as file:
             return Archive(path, {name: file[name] for name in file.files})
-    except (ValueError, EOFError, KeyError, NotImplementedError, zipfile.BadZipFile, zlib.error, struct.error) as error:
+    except PermissionError:
+        raise
+    except (*_DAMAGED, zipfile.BadZipFile, zlib.error, struct.error) as error:
         raise InputError(
             f"{path} is cut off, damaged or no archive of arrays ({error}); delete it to begin anew, or give another"
         ) from None
