@@ -148,10 +148,10 @@ class Diagnosis(Findings):
         return lines
 
     def state_of(self, names: tuple[str, ...]) -> str:
-        """What became of an explanation: "kept", "rejected: ..." or "not tested".
+        """What became of an explanation: "kept", "withdrawn, ...", "rejected: ..." or "not tested".
 
-        An explanation is kept unless one of its p values falls below the threshold of the rule. One without p values
-        was not tested.
+        An explanation is rejected when one of its p values falls below the threshold of the rule. One that fits may
+        still be withdrawn, for reasons that the text above the list gives. One without p values was not tested.
 
         Parameters
         ----------
@@ -160,6 +160,8 @@ class Diagnosis(Findings):
         tested = self.verdict.tested[names]
         if tested.kept:
             return "kept"
+        if names in (*self.verdict.withdrawn, *self.verdict.structured, *self.verdict.rivalled):
+            return "withdrawn, though it fits"
         return "rejected: " + _why(tested.p, self.rule) if tested.p else "not tested"
 
     def table(self) -> list[dict[str, Any]]:
