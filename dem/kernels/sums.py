@@ -222,7 +222,8 @@ def joint_sums(
     brakes, law = joints.law[j, LAW.dash] != 0.0 and dt > 0.0, joints.law
     first, opens = joints.start[j], False
     if not brakes and law[j, LAW.tension] == 0.0 and first < joints.start[j + 1]:
-        # open in its middle: some point yields for sure, and the shorter loop would be in vain
+        # open at its origin by what its first point allows: some point most likely yields, and the shorter loop would
+        # be in vain. It is a guess, which no answer rests on: the whole law is right for points within their strength
         opens = placed[0][2] + points.gap[first] > points.lift[first]
     if brakes or opens:
         motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])

@@ -174,7 +174,7 @@ class Tabulator:
         for axis, (name, measured) in enumerate(self.free.items()):
             ends = [measured.at(z) for z in self.z_levels[axis][[0, -1]]]
             warn_without_effect(np.ptp(values, axis=axis), f"the measured input {name!r}", name, ends)
-        values = self._to_nodes(values, 0)
+        values = self._to_nodes(values, first=0)
         return Tabulation((), (), self.z_nodes, values)
 
     def single(self, cause: Cause, like: Tabulation | None = None) -> Tabulation:
@@ -199,9 +199,10 @@ class Tabulator:
         else:
             values = self.evaluate((cause,), [((s,), z) for s in levels for z in product(*self.z_levels)])
         if not cause.transforms:
+            # a cause that changes the model reaches simulate by its keyword extend, any other by its own
             keyword = cause.parameter if cause.apply is None else "extend"
             warn_without_effect(np.ptp(values, axis=0), f"the cause {cause.name!r}", keyword, cause.bounds)
-        values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), 1)
+        values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), first=1)
         curve = between_sizes(cause, levels, values)
         nodes = like.sizes[0] if like is not None else self._nodes(cause, curve)
         return Tabulation(
