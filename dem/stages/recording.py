@@ -201,7 +201,7 @@ class Recorder:
         if beyond:
             # blocks that went along with their neighbours have the contacts they had: what counts is how pairs that
             # are near have moved against each other, and pairs that are near no longer
-            around = Neighbours.of(self.assembly, self.state, Pieces.of(self.assembly), self.margin, None)
+            around = Neighbours.of(self.assembly, self.state, Pieces.of(self.assembly), self.margin, since=None)
             due = np.flatnonzero(around.due() & ~(around.new & around.apart))
             beyond = bool(len(due) or len(around.gone))
             if len(due):

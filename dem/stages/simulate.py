@@ -225,7 +225,7 @@ def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
     check_same_stages(todo, history.settings.stages)
     state = history.state.copy()
     loads = state.loads
-    check_continues(history.assembly, state, loads, None)
+    check_continues(history.assembly, state, loads, options=None)
     recorder = Recorder(history.assembly, loads, state, todo, history.settings, history.store)
     recorder.take_up(history)
     ended = RunStatus(history.status) if history.position is None else None

@@ -224,7 +224,7 @@ def pushover(
     if not nodes:
         return _falls(generations, warnings)
     if settles:
-        return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + few, 1.0)
+        return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + few, unit=1.0)
     if to is not None and finite("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
@@ -235,9 +235,9 @@ def pushover(
         warnings += _point_warnings(generations, nodes, contact_model, contact_model is None and grid is None)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     if moving is not None:
-        return certified_curve(generations, nodes, origin, status, warnings, ratio)
+        return certified_curve(generations, nodes, origin, status, warnings, unit=ratio)
     _, toward = senses(begins, end, ratio)
-    return certified_curve(generations, nodes, origin, status, warnings, 1.0, toward)
+    return certified_curve(generations, nodes, origin, status, warnings, unit=1.0, toward=toward)
 
 
 whole_pushover = handed_on()(pushover)

@@ -209,6 +209,6 @@ def _spread(values: Array) -> Spread:
     """Median, 5 and 95 % quantiles of the values that are finite, and how many these are."""
     known = values[np.isfinite(values)]
     if not len(known):
-        return Spread(float("nan"), float("nan"), float("nan"), 0)
+        return Spread(median=np.nan, low=np.nan, high=np.nan, paths=0)
     low, median, high = np.quantile(known, (0.05, 0.5, 0.95))
     return Spread(float(median), float(low), float(high), len(known))

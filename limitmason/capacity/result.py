@@ -281,7 +281,7 @@ class PushoverCurve(Curve):
         before = self.nodes[k - 1] if k else None
         held, alone = (
             self.generations.sense(self.nodes[k], before, prescribed)
-            == self.generations.sense(self.nodes[0], None, prescribed)
+            == self.generations.sense(self.nodes[0], before=None, prescribed=prescribed)
             for prescribed in ("control", "multiplier")
         )
         if not held:

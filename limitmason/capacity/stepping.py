@@ -109,15 +109,15 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
     """
     old, pose = system.virgin(), system.at_rest()
-    solved = newton.solve(system, pose, 0.0, old, target)
+    solved = newton.solve(system, pose, multiplier=0.0, old=old, target=target)
     if solved is not None:
         return node_of(system, solved)
     # the associative program first: a limit frozen at no normal force would carry nothing
-    found = by_programs(system, pose, old, target, 0.0, None, ratio)
+    found = by_programs(system, pose, old, target, multiplier=0.0, normal=None, ratio=ratio)
     if found is not None:
         return node_of(system, found[0], programs=found[1])
     # blocks that first have to come down on each other, through gaps
-    return quieted(system, pose, old, target, 0.0, None, ratio, _LANDING_ETA)
+    return quieted(system, pose, old, target, multiplier=0.0, normal=None, ratio=ratio, eta=_LANDING_ETA)
 
 
 def step(

@@ -166,7 +166,7 @@ class Simulator:
         keys, jobs = list(missing), list(missing.values())
         calls = [(k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
                  for k, j in enumerate(jobs)]
-        for k, value in run_points(_call, calls, None, self.n_jobs):
+        for k, value in run_points(_call, calls, executor=None, workers=self.n_jobs):
             self._known[keys[k]] = self._checked(jobs[k], value)
             if self._memo is not None:
                 self._memo.keep(self._text(jobs[k]), self._known[keys[k]])

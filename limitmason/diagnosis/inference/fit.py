@@ -208,7 +208,7 @@ def _best_node(cells: Cells, data: Data) -> BestNode:
         loss = np.maximum((squares - 2.0 * (used * y) @ cells.nodes.T) + used @ (cells.nodes**2).T, 0.0)
         penalty = ((z[:, None, :] - cells["z"][None]) ** 2).sum(axis=-1)
         ranks = data.loglik(loss, penalty)
-        return BestNode(np.argmax(ranks, axis=1), None, ranks)
+        return BestNode(np.argmax(ranks, axis=1), products=None, ranks=ranks)
     # y F - |F|^2 / 2 ranks nodes as -|y - F|^2 / 2 does: |y|^2 is the same for all nodes of a data set
     known, rows = like.kind == "known", np.arange(len(y))
     products = cells.products(y, data.beside, known)

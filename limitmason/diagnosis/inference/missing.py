@@ -83,7 +83,7 @@ def leave_each_out(
     planted = np.repeat(np.arange(len(names)), count)
     replicate = np.tile(chances.replicate * float(np.mean(ratio)) ** 2, len(names))
     # every cause fitted to every data set: log-likelihood, whether it fits, and its lead on every model discrepancy
-    fits = design.fits(design.listed, y, None, replicate)
+    fits = design.fits(design.listed, y, replicate=replicate)
     gains, along = np.array([f.loglik for f in fits]), design.trends.along(y)
     good = np.array([_adequate(design, name, f, along) for name, f in zip(design.listed, fits, strict=True)])
     lead = excess(design.listed, fits, y, replicate)

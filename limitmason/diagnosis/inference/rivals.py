@@ -238,5 +238,6 @@ class Rivals:
     def structure(self, names: Names, fit: BestFit, replicate: float | np.ndarray = 1.0) -> np.ndarray:
         """Evidence of a discrepancy in the residuals of fits over none, shape (b,)."""
         like = self.design.like
-        plain = like.loglik((fit.residuals**2).sum(axis=1), 0.0, float(self.design.n), replicate)
+        squares, n = (fit.residuals**2).sum(axis=1), float(self.design.n)
+        plain = like.loglik(squares, penalty=0.0, count=n, replicate=replicate)
         return self.of(names).evidence(fit.residuals, like, replicate) - plain

@@ -186,7 +186,7 @@ class Components:
             inner, onto = products[1:, 1:], products[1:, 0]
             square -= float(onto @ np.linalg.solve(inner, onto))
             price += 0.5 * float(np.linalg.slogdet(inner)[1])
-        return price - float(self.design.like.loglik(square, 0.0, float(self.design.n)))
+        return price - float(self.design.like.loglik(square, penalty=0.0, count=float(self.design.n)))
 
     def likeliest(self, r: np.ndarray, along: np.ndarray) -> tuple[float, dict[str, float]]:
         """Least cost and its shares, column after column until none changes."""
