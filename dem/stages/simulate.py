@@ -185,7 +185,7 @@ def prepared(
     recorder = Recorder(assembly, loads, state, todo, settings, store)
     recorder.notes += notes
     recorder.same = start.same if isinstance(start, History) else {}
-    return StageRun(recorder, None)
+    return StageRun(recorder, at=None)
 
 
 def resume(

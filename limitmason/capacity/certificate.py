@@ -304,6 +304,7 @@ def work_of_loads(s: Structure, case: str, before: PathState, after: PathState) 
 
     Parameters
     ----------
+    s : the model with its contact points
     case : "dead" or "live", at multiplier 1
     before, after : states at the ends of the step
     """

@@ -116,6 +116,10 @@ class Simulator:
     def check_parameters(self, names: Iterable[str], of: str) -> None:
         """Refuse parameters that ``simulate`` does not take.
 
+        Parameters
+        ----------
+        names, of : of the parameters, and what has them, for the message
+
         Raises
         ------
         InputError
@@ -268,11 +272,10 @@ class Simulator:
 def number(value: Any, what: Callable[[], str], must_be_positive: bool = True) -> float:
     """The value as a float, refused unless finite and, if need be, positive.
 
-    It must be positive where its logarithm is compared.
-
     Parameters
     ----------
     what : gives the words of an error, made only where there is one
+    must_be_positive : whether its logarithm is compared
     """
     needed = "a positive finite number" if must_be_positive else "a finite number"
     try:

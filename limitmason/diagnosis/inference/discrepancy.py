@@ -200,7 +200,7 @@ def _factors(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarr
             continue
         if is_numeric(column):
             x = np.asarray(column, dtype=float)
-            if np.ptp(x) <= 1e-12 * np.abs(x).max():
+            if np.ptp(x) <= 1e-12 * np.abs(x).max():  # one value, but for rounding
                 continue
             x = ((x - x.mean()) / x.std())[:, None]
             parts.append(x)

@@ -125,7 +125,7 @@ class Judge:
 
         Returns
         -------
-        rival, beyond, asked : name, log-likelihoods
+        rival, beyond, asked : its name; by how much the explanation is likelier [log]; how much is asked [log]
         """
         like, levers, rival, beyond, asked = self.design.like, rivals.levers(names), "", np.inf, LEVER
         if levers.along:
