@@ -78,9 +78,10 @@ class StepCertificate(NamedTuple):
 
     @property
     def accepted(self) -> bool:
-        """Whether equilibrium, law, flow rule and energy hold.
+        """Whether equilibrium, law, damage, flow rule and energy hold.
 
-        Equilibrium is asked to 1e-6 of a block weight, law and flow rule to rounding. Slip and jumps make no energy.
+        Each is asked to ``_KEPT``, and no point may make energy by its slip. Of a jump flow rule, sense and loss of
+        slip are not asked; as its path is not known it may seem to make energy, up to ``_CREATED``.
         """
         return (
             self.equilibrium < _KEPT

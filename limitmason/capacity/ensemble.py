@@ -111,6 +111,7 @@ def imperfection_ensemble(
 
     Parameters
     ----------
+    assembly, loads : the problem; the live loads are followed
     gap : g over the median block size [-]
     samples : number of paths
     seed : of the gaps; the same seed gives the same paths, and the first of 40 are those of 20
@@ -158,6 +159,7 @@ def _lost(curve: PushoverCurve, within: float) -> float:
 
     Parameters
     ----------
+    curve : the path
     within : displacement in which a load that fell may be carried again [m]
     """
     value, point = first_loss(curve.displacement, curve.load, within), curve.first_limit_point
