@@ -125,10 +125,11 @@ def flexure_power(
     torsion_radius: float,
     reduction: float | None = None,
 ) -> PowerBalance:
-    """Power balance of mechanism D: a rectangle rocks about its foot, two triangles turn about inclined lines.
+    """Power balance of mechanism D, horizontal flexure.
 
-    The triangles turn by one, the rectangle by sin(a); everything is divided by sin(a), so that powers are per unit of
-    the rectangle's rotation. Friction turns at cos(a) on two vertical and two inclined lines.
+    A rectangle rocks about its foot, and two triangles beside it turn about inclined lines. The triangles turn by one,
+    the rectangle by sin(a); everything is divided by sin(a), so that powers are per unit of the rectangle's rotation.
+    Friction turns at cos(a) on two vertical and two inclined lines.
 
     Parameters
     ----------
@@ -181,7 +182,9 @@ def flexure_power(
 
 
 def _push_of_overload(facade: Facade, q: float, height: float, a: float, middle: float) -> float:
-    """Power of the overload's horizontal force in mechanism D, at a multiplier of one and a turn of one [N m].
+    """Power of the overload's horizontal force in mechanism D [N m].
+
+    It is that at a multiplier of one, with triangles that turn by one.
 
     Parameters
     ----------

@@ -281,11 +281,11 @@ class Generations:
         return float(np.clip(fell + rises, 0.0, fell)) if np.isfinite(rises) else fell * new.jump
 
     def weakest_rise(self, nodes: list[Node], new: Node, move: float) -> float | None:
-        """Rise of the multiplier over a step by the weaker tangent of every point at its two ends [-].
+        """Rise of the multiplier over a step by the weaker tangents at its ends [-].
 
-        It is None where one end has all the weaker tangents, and NaN where their tangent is singular. Points that let
-        go make a path less steep, those that take hold steeper. Where both happen in a step this is as steep as it
-        falls, whichever came first.
+        The weaker one of its two is taken of every point. It is None where one end has all the weaker tangents, and NaN
+        where their tangent is singular. Points that let go make a path less steep, those that take hold steeper. Where
+        both happen in a step this is as steep as it falls, whichever came first.
 
         Parameters
         ----------

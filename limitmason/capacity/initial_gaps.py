@@ -73,9 +73,10 @@ def of_forces(points: ContactPoints, state: Prediction, kn: Array, ks: Array) ->
 
 
 def begun_with(system: System, state: Prediction, to: float | None, ratio: float, steps: Steps) -> list[Node]:
-    """The node without control displacement, and one along the state's mechanism where it is found.
+    """The node without control displacement, and one along the state's mechanism.
 
-    The multiplier is solved for; the state's own is where the search begins.
+    The second is left out where it is not found. The multiplier is solved for; the state's own is where the search
+    begins.
 
     Parameters
     ----------

@@ -74,7 +74,10 @@ def follow(
 
 
 class _Path(JudgedPath):
-    """A path on its way, from step to step; state, counters and judges are those of JudgedPath."""
+    """A path on its way, from step to step.
+
+    State, counters and judges are those of JudgedPath.
+    """
 
     def followed(self) -> PathEnd:
         """Follow the path from its first states to its end, and say how it ended."""

@@ -120,11 +120,11 @@ class Discretisation:
         return out
 
     def stiffness(self, tangent: Array) -> Array:
-        """Stiffness of every brick [N/m], shape (m, k, k) for its k unknowns, from tangents at the points.
+        """Stiffness of every brick [N/m], shape (m, k, k) for its k unknowns.
 
         Parameters
         ----------
-        tangent : [Pa], shape (m, q, 6, 6), or one per material, shape (materials, 6, 6)
+        tangent : at the points [Pa], shape (m, q, 6, 6), or one per material, shape (materials, 6, 6)
         """
         # integral of B^T D B, as B^T times D B over all points of a brick at once
         n = self.unknowns.shape[1]

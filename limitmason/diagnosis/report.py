@@ -150,10 +150,11 @@ class Diagnosis(Findings):
         return lines
 
     def state_of(self, names: tuple[str, ...]) -> str:
-        """What became of an explanation: "kept", "withdrawn, ...", "rejected: ..." or "not tested".
+        """What became of an explanation, in words.
 
-        An explanation is rejected when one of its p values falls below the threshold of the rule. One that fits may
-        still be withdrawn, for reasons that the text above the list gives. One without p values was not tested.
+        It is "kept", "withdrawn, though it fits", "rejected: " with the reason, or "not tested". An explanation is
+        rejected when one of its p values falls below the threshold of the rule. One that fits may still be withdrawn,
+        for reasons that the text above the list gives. One without p values was not tested.
 
         Parameters
         ----------

@@ -248,7 +248,10 @@ class Tabulator:
         return float(np.max(np.abs(true - shown) / self.noise))
 
     def _refuse_not_nested(self, cause: Cause) -> None:
-        """Refuse a cause whose baseline moves the first prediction by > ``NESTED`` of its noise."""
+        """Refuse a cause whose baseline moves the first prediction.
+
+        It may by ``NESTED`` of its noise.
+        """
         if cause.apply is None:
             self.simulator.check_parameters([cause.parameter], f"cause {cause.name!r}")
         elif not cause.transforms:
@@ -309,7 +312,7 @@ class Tabulator:
         return x, worst
 
     def _from_corners(self, cause: Cause, levels: np.ndarray) -> tuple[np.ndarray, float]:
-        """Values on all levels from axes and corners, and the error half-way in units of the noise.
+        """Values on all levels from axes and corners, and the error half-way [noise].
 
         Specimens that are tabulated in full do not count in the error.
 

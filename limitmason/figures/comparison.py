@@ -62,7 +62,7 @@ def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[ComparedValue]:
 
 
 def _with_range(value: Any, where: str) -> tuple[float, float, float]:
-    """Low, value and high of a number, of two ends of a range, or of (low, value, high).
+    """Low, value and high of a number, two ends of a range, or (low, value, high).
 
     Two may stand in either order, and the value is their mean; three must rise.
 

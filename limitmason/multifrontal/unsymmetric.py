@@ -105,7 +105,7 @@ class UnsymmetricFronts:
         return found
 
     def sense(self, store: Array, pivot: Index) -> int:
-        """Sign of the determinant: that of the pivots, turned by every exchange of two rows.
+        """Sign of the determinant: of the pivots, turned by every exchange of rows.
 
         Parameters
         ----------

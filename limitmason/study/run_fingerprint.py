@@ -168,7 +168,11 @@ class _Digest:
             self.feed_object(value)
 
     def alone(self, member: Any) -> str:
-        """Hash of one member of a set, to sort by: it knows what was fed before the set, and no other member."""
+        """Hash of one member of a set, to sort by.
+
+        It knows what was fed before the set, so that what leads back ends. It knows no other member, as a set has no
+        order.
+        """
         own = _Digest(self.state)
         own.seen, own.open = dict(self.seen), set(self.open)
         own.feed(member)

@@ -263,7 +263,9 @@ def _step(grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner:
 
     Parameters
     ----------
-    owner, column, inner : grid and node of every data set, (b,), and inner products that are known
+    grids, data : grids of as many axes, and the b data sets
+    owner, column : number of the grid of every data set, and of the node in it to step from, shape (b,)
+    inner : products of data and nodes that are known, an array per grid as in :class:`BestNode`; () where none are
     """
     known = data.like.kind == "known"
     at = StepData(
@@ -323,6 +325,7 @@ def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> No
 
     Parameters
     ----------
+    grids, data : grids of as many axes, and the b data sets
     owner : number of the grid of every data set, shape (b,)
     found : fits; its ``move`` is the step from the node along every axis in cells, from -0.5 to 0.5
     """
