@@ -180,6 +180,7 @@ def pushover(
     ``to=None`` ends where a fifth of the largest load is lost, to ``steps.peak``.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
+    # what is refused first; then the model as it is followed, its points and springs, its equations, and the path
     refuse(assembly)
     deforming = blocks in (SIMPLY_DEFORMABLE, RITZ)
     anew = finds_contacts_anew(assembly, blocks, contacts)
@@ -290,6 +291,7 @@ def _framed(
 
     Parameters
     ----------
+    assembly, points : the model, and its contact points carried by their block a
     kn, ks : stiffness of every interface [Pa/m], shape (k,)
     misfit : what joints have to close of every point, as of :func:`first_contacts` [m], shape (m, c); None for none
     firm : rank of every block, the higher the firmer, shape (n,); None as above

@@ -326,6 +326,7 @@ def test_a_withdrawn_explanation_is_neither_kept_nor_told_from_others():
     assert found.kept == tuple(left)
     assert {row["cause"]: row["kept"] for row in found.table()}[gone[0]] is False
     assert found.state_of(gone) == "withdrawn, though it fits"
+    assert f"{gone[0]} is not rejected on all data together, but predicts groups" in found.report(checks=False)
     pool = specimens()
     for alone in ([gone], either.kept[1:]):
         found = dataclasses.replace(either, verdict=either.verdict.without(alone))
