@@ -84,7 +84,7 @@ def simple_rocking(
     found = {n: rocking_terms(f, n, n, reduction=reduction) for n in hinges}
     n = min(found, key=lambda k: found[k].at(0.0))
     bracket = tuple(min(rocking_terms(f, k, k, reduction=w).at(0.0) for k in hinges) for w in (0.0, 1.0))
-    details = _details(f, n, n, 0.0, found[n].friction, reduction, bracket)
+    details = _details(f, n, n, tangent=0.0, sums=found[n].friction, omega=reduction, bracket=bracket)
     details["power"] = rocking_power(f, hinge=n, crossed=n, reduction=reduction).as_dict()
     return answer(
         "simple rocking (A)", found[n].at(0.0), **seen._asdict(), details=details, source=SOURCE_A,

@@ -153,12 +153,12 @@ def flexure_terms(
     """
     f, h = facade, facade.course_height
     length, height = _whole_length(f), hinge * h
+    q = f.overload * f.overload_length / f.length  # the overload spread over the whole top [N/m]
     sums = bed_joint_friction(
         friction=f.friction, unit_weight=f.unit_weight, thickness=f.thickness, staggering=f.staggering,
-        course_height=h, crossed=hinge, overload=f.overload,
+        course_height=h, crossed=hinge, overload=q,
     )
     per_length = f.unit_weight * f.thickness * height  # weight of the facade above the hinge [N/m]
-    q = f.overload * f.overload_length / f.length
     # polynomials in s = tan(a), [a, b] for a + b s: weight of both A triangles together, width of B, overload of all
     pair, middle = np.array([0.0, per_length * height]), np.array([length, -2.0 * height])
     load = q * (middle + np.array([0.0, 2.0 * height]))

@@ -46,7 +46,7 @@ class PowerRatio(NamedTuple):
         """Its smallest value from 0 to the tangent ``high``, or its value at one that is ``given``."""
         if given is not None:
             return SmallestValue(self.at(given), given)
-        return smallest_ratio(self.numerator, self.denominator, 0.0, high)
+        return smallest_ratio(self.numerator, self.denominator, low=0.0, high=high)
 
 
 def smallest_ratio(numerator: ArrayLike, denominator: ArrayLike, low: float, high: float) -> SmallestValue:

@@ -235,7 +235,7 @@ def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) 
         raise TypeError(f"facade must be a mechanisms.Facade or a limitmason.Assembly, got {type(facade).__name__}")
     if loads is not None:
         raise InputError("loads go with an assembly; a Facade carries its overload itself")
-    return ReadParameters(facade.changed(**given) if given else facade, None, None)
+    return ReadParameters(facade.changed(**given) if given else facade, assembly=None, loads=None)
 
 
 def courses_to_try(name: str, value: int | None, most: int) -> range:

@@ -125,10 +125,11 @@ def flexure_power(
     torsion_radius: float,
     reduction: float | None = None,
 ) -> PowerBalance:
-    """Power balance of mechanism D: a rectangle rocks about its foot, two triangles turn about inclined lines.
+    """Power balance of mechanism D, horizontal flexure.
 
-    The triangles turn by one, the rectangle by sin(a); everything is divided by sin(a), so that powers are per unit of
-    the rectangle's rotation. Friction turns at cos(a) on two vertical and two inclined lines.
+    A rectangle rocks about its foot, and two triangles beside it turn about inclined lines. The triangles turn by one,
+    the rectangle by sin(a); everything is divided by sin(a), so that powers are per unit of the rectangle's rotation.
+    Friction turns at cos(a) on two vertical and two inclined lines.
 
     Parameters
     ----------
@@ -138,44 +139,66 @@ def flexure_power(
     contact_factor : k, share of the overlap that is in contact [-]
     torsion_radius : d_0, radius at which friction resists the torsion of an overlap [m]
     reduction : factor on the friction of the inclined lines; 1 - tangent / tan(alpha_b) where omitted
+
+    Raises
+    ------
+    NotApplicable
+        For another number of side walls than 1 or 2: nothing holds the triangles then.
     """
+    if facade.side_walls not in (1, 2):
+        raise NotApplicable(f"side_walls must be 1 or 2 for horizontal flexure, got {facade.side_walls}")
     h, height = facade.course_height, hinge * facade.course_height
     # a facade held at one end is half of one that is held at both: that is taken, and halved at the end
-    halves = 2.0 if facade.side_walls != 1 else 1.0
+    halves = 2.0 if facade.side_walls == 2 else 1.0
     length = facade.length if halves == 2.0 else 2.0 * facade.length
     a = np.arctan(tangent)
     middle = length - 2.0 * height * tangent
-    density, t = facade.unit_weight, facade.thickness
+    unit_weight, t = facade.unit_weight, facade.thickness
     lift = travel = 0.0
     for z0 in np.arange(hinge) * h:
         # rectangle, u_x = z sin(a), u_z = x sin(a); the depth of the wall is x
-        lift += np.sin(a) * density * middle * _box(lambda x, z: x, 0.0, t, z0, z0 + h)
-        travel += np.sin(a) * density * middle * _box(lambda x, z: z, 0.0, t, z0, z0 + h)
-        # triangle between the line (s = 0 on the vertical side, s = -z tan(a)) and the vertical side, two of them
+        lift += np.sin(a) * unit_weight * middle * _box(lambda x, z: x, 0.0, t, z0, z0 + h)
+        travel += np.sin(a) * unit_weight * middle * _box(lambda x, z: z, 0.0, t, z0, z0 + h)
+        # the two triangles, s along the wall from the foot of the line: it is at s = z tan(a), the vertical side at 0
+        # u_z = x sin(a), 0.5 t^2 sin(a) over the depth; u_x = (z tan(a) - s) cos(a), the distance from the line
         lift += (
-            2.0 * density * 0.5 * t**2 * np.sin(a) * _under(lambda s, z: 1.0, 0.0, lambda z: z * tangent, z0, z0 + h)
+            2.0 * unit_weight * 0.5 * t**2 * np.sin(a)
+            * _under(lambda s, z: 1.0, 0.0, lambda z: z * tangent, z0, z0 + h)
         )
-        # distance of a point from its line, in the plane of the wall
-        travel += 2.0 * density * t * _under(
+        travel += 2.0 * unit_weight * t * _under(
             lambda s, z: (z * tangent - s) * np.cos(a), 0.0, lambda z: z * tangent, z0, z0 + h
         )
-    # the overload acts on a share of the top, spread evenly over all of it
-    q, length_q = facade.overload, facade.overload_length if halves == 2.0 else 2.0 * facade.overload_length
-    share = length_q / length
-    overload_lift = q * share * length * facade.overload_offset * np.sin(a)
-    push = q * share * facade.overload_inertia  # horizontal, per length of the top [N/m]
-    rise = facade.overload_rise
-    travel += push * middle * np.sin(a) * (height + rise)
-    # along the top edge of a triangle, from the middle part outwards
-    edge, weight = 0.5 * (_NODES + 1.0) * height * tangent, 0.5 * _WEIGHTS * height * tangent
-    travel += 2.0 * push * float(weight @ ((height * tangent - edge) * np.cos(a) + rise * np.sin(a)))
+    # the overload acts on a share of the top, and counts as spread evenly over all of it [N/m]
+    q = facade.overload * facade.overload_length / facade.length
+    overload_lift = q * length * facade.overload_offset * np.sin(a)
+    travel += _push_of_overload(facade, q, height, a, middle)
     omega = 1.0 - tangent / facade.steepest_crack if reduction is None else reduction
     friction = 0.0
     for j in range(1, hinge + 1):
-        force = facade.friction * facade.staggering * (density * t * j * h + q)
+        force = facade.friction * facade.staggering * (unit_weight * t * j * h + q)
         friction += 2.0 * (1.0 + omega) * contact_factor * torsion_radius * force * np.cos(a)
     scale = 0.5 * halves / np.sin(a)
     return PowerBalance(*(float(scale * p) for p in (lift, overload_lift, friction, travel)))
+
+
+def _push_of_overload(facade: Facade, q: float, height: float, a: float, middle: float) -> float:
+    """Power of the overload's horizontal force in mechanism D [N m].
+
+    It is that at a multiplier of one, with triangles that turn by one.
+
+    Parameters
+    ----------
+    facade : parameters
+    q : overload, spread over the whole top [N/m]
+    height : of the top above the hinge [m]
+    a : inclination of the outer lines from the vertical [rad]
+    middle : width of the rectangle [m]
+    """
+    push, rise, half_top = q * facade.overload_inertia, facade.overload_rise, height * np.tan(a)
+    # along the top edge of a triangle, from the middle part outwards
+    edge, weight = 0.5 * (_NODES + 1.0) * half_top, 0.5 * _WEIGHTS * half_top
+    on_triangle = float(weight @ ((half_top - edge) * np.cos(a) + rise * np.sin(a)))
+    return float(push * middle * np.sin(a) * (height + rise) + 2.0 * push * on_triangle)
 
 
 class ContactCheck(NamedTuple):

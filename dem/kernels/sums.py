@@ -155,6 +155,7 @@ def braked_sums(
     placed, motion, rates, strained : see :func:`point_sums`
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
+    # what follows the softening is dt, dash, motion, rates, strained and dilates, as in held_sums
     return point_sums(
         points, p0, p1, placed, peak_of(law, j), softening_of(law, j), 0.0, law[j, LAW.dash], motion, rates, strained,
         None,
@@ -178,7 +179,8 @@ def yielding_sums(
     """
     p0, p1, law = joints.start[j], joints.start[j + 1], joints.law
     plain = law[j, LAW.dash] == 0.0 and not has_added(law, j)
-    # without dilation and crushing the lift stays; rates of softening as in held_sums
+    # without dilation and crushing the lift stays; rates of softening and order of arguments as in held_sums. The last,
+    # dilates, is a constant of each call, so that the compiler makes a loop for either
     lifts = law[j, LAW.tan_psi] != 0.0 or law[j, LAW.crushing] != np.inf
     if plain and law[j, LAW.by_opening] == 0.0:
         peak = plain_peak_of(law, j)
@@ -222,7 +224,8 @@ def joint_sums(
     brakes, law = joints.law[j, LAW.dash] != 0.0 and dt > 0.0, joints.law
     first, opens = joints.start[j], False
     if not brakes and law[j, LAW.tension] == 0.0 and first < joints.start[j + 1]:
-        # open in its middle: some point yields for sure, and the shorter loop would be in vain
+        # open at its origin by what its first point allows: some point most likely yields, and the shorter loop would
+        # be in vain. It is a guess, which no answer rests on: the whole law is right for points within their strength
         opens = placed[0][2] + points.gap[first] > points.lift[first]
     if brakes or opens:
         motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
@@ -233,6 +236,7 @@ def joint_sums(
             out = held_sums(j, points, joints, placed, None)
             if out[9] != 0.0:
                 motion = relative_motion(j, joints, bodies, axes, arms[0], arms[1])
+    # between rigid blocks the last of the sums counts points that are not within their strength
     if opens or out[9] != 0.0:
-        out = yielding_sums(j, points, joints, placed, motion, None, dt, None)
+        out = yielding_sums(j, points, joints, placed, motion, None, dt, None)  # no rates: faces do not strain
     return out

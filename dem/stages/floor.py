@@ -27,7 +27,13 @@ class Floor:
     """
 
     def __init__(self, assembly: Assembly, dead: Array) -> None:
-        """Find up and the level of the floor."""
+        """Find up and the level of the floor.
+
+        Parameters
+        ----------
+        assembly : blocks in the reference pose
+        dead : dead loads of the blocks [N, N m], shape (n, 6): up is against their sum
+        """
         self.assembly, self.reach = assembly, reaches(assembly)
         total = dead[~assembly.fixed, :3].sum(axis=0)
         pulls = float(np.linalg.norm(total)) > _NO_SUM * float(np.abs(dead[:, :3]).sum())

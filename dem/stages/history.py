@@ -164,7 +164,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         folder = Path(path) if Path(path).is_dir() else None
         file = read_archive(path if folder is None else folder / CHECKPOINT)
         state = State.from_arrays(file.group("state"), path)
-        check_continues(assembly, state, state.loads, None)
+        check_continues(assembly, state, state.loads, options=None)
         recorded, store = file["recorded"].astype(np.intp), None
         samples = {k: file[k] for k in (*_ARRAYS, "tie_force")} if folder is None else {}
         if folder is not None:

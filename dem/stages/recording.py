@@ -41,6 +41,9 @@ Steps to a search are counted out to the first; what has come as far as the seco
 EXPLODES = 10.0
 """Kinetic energy, and energy from nowhere, over all there was to become kinetic, from which a run explodes [-]."""
 
+_SLOWER = 4
+"""Times as many steps that are advised where loads overshot, or blocks slipped ahead of them: chosen."""
+
 LEAD = 0.05
 """Displacement after a ramp, over the largest one, from which blocks that went ahead of it are pointed out [-]."""
 
@@ -138,7 +141,7 @@ class Recorder:
             self.notes.append(
                 f"joints slid by up to {slid:.2g} m, {slid / moved:.0%} of the largest displacement, while the loads "
                 "came to rest: at once they overshoot, and how far joints slide hangs on the way; "
-                f"Settle(gently={4 * done}) puts them on evenly"
+                f"Settle(gently={_SLOWER * done}) puts them on evenly"
             )
 
     def note_motion_after_ramp(self, ramp: Stage, shift: Array) -> None:
@@ -156,7 +159,7 @@ class Recorder:
             self.notes.append(
                 f"blocks moved on by {on:.2g} m, {on / moved:.0%} of the largest displacement, after the ramp had "
                 "ended: what slips ahead of its loads comes to rest where inertia leaves it; a ramp of "
-                f"{4 * (ramp.steps or 0)} steps shows how much hangs on that"
+                f"{_SLOWER * (ramp.steps or 0)} steps shows how much hangs on that"
             )
 
     def fallen(self, shift: Array) -> bool:
@@ -201,7 +204,7 @@ class Recorder:
         if beyond:
             # blocks that went along with their neighbours have the contacts they had: what counts is how pairs that
             # are near have moved against each other, and pairs that are near no longer
-            around = Neighbours.of(self.assembly, self.state, Pieces.of(self.assembly), self.margin, None)
+            around = Neighbours.of(self.assembly, self.state, Pieces.of(self.assembly), self.margin, since=None)
             due = np.flatnonzero(around.due() & ~(around.new & around.apart))
             beyond = bool(len(due) or len(around.gone))
             if len(due):

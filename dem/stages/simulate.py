@@ -185,7 +185,7 @@ def prepared(
     recorder = Recorder(assembly, loads, state, todo, settings, store)
     recorder.notes += notes
     recorder.same = start.same if isinstance(start, History) else {}
-    return StageRun(recorder, None)
+    return StageRun(recorder, at=None)
 
 
 def resume(
@@ -225,7 +225,7 @@ def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
     check_same_stages(todo, history.settings.stages)
     state = history.state.copy()
     loads = state.loads
-    check_continues(history.assembly, state, loads, None)
+    check_continues(history.assembly, state, loads, options=None)
     recorder = Recorder(history.assembly, loads, state, todo, history.settings, history.store)
     recorder.take_up(history)
     ended = RunStatus(history.status) if history.position is None else None

@@ -67,7 +67,7 @@ def servo_holds(stage: Stage, assembly: Assembly) -> Flags:
     Raises
     ------
     InputError
-        Where a support or a Drive already prescribes the vertical of the block.
+        For a block that the assembly does not have, and where a support or a Drive already prescribes its vertical.
     """
     held = np.zeros((assembly.n_blocks, 6), dtype=bool)
     for block, servo in stage.servo.items():

@@ -359,6 +359,7 @@ class _Jack:
 
         Parameters
         ----------
+        assembly, state : the blocks, and where they are
         block, servo : on which it stands, and the push that it is to give
         learnt : gain over stiffness [m/N], 0 where the jack begins, and summed lack [N], changed as it learns; (2,)
         """

@@ -171,7 +171,7 @@ def _fitted(objective: Objective, effort: SearchSettings, level: float | None) -
     objective.say("slopes")
     best, slopes = confirmed(objective, best, guess, effort.most)
     if level is None:
-        return Searched(best, slopes, minima, None)
+        return Searched(best, slopes, minima, ends=None)
     for begun_anew in range(AGAIN + 1):
         objective.say("best values found, now their intervals", now=True)
         ends = profile(objective, best, slopes, objective.rise(best, level))

@@ -73,7 +73,7 @@ class SearchSettings:
     def __post_init__(self) -> None:
         """Check the numbers."""
         count("starts", self.starts)
-        count("most", self.most, 2)
+        count("most", self.most, least=2)
 
 
 class Slopes(NamedTuple):
@@ -208,7 +208,7 @@ def descend(
         radius = 0.25 * long if fresh or lost else long
         if not lost:
             j, fresh = secants(objective, x, r, one_deviation(objective, x, j, radius * width, Minimum(x, r))), True
-    return Minimum(x, r, False), j
+    return Minimum(x, r, converged=False), j
 
 
 def _boxed(j: Array, r: Array, low: Array, high: Array) -> Array:

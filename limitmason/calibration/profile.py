@@ -30,8 +30,8 @@ _REGULAR = 1e-10  # of the largest square of slopes: keeps J^T J regular where t
 def profile(objective: Objective, best: Minimum, slopes: Slopes, rise: float) -> Array:
     """Interval of every parameter on the scale of the fit, shape (p, 2), infinite where a bound comes first.
 
-    The ends enclose every point tried whose sum of squares exceeds the best by at most ``rise``, so that minima apart
-    from each other lie in one interval.
+    An end encloses every point tried so far whose sum of squares exceeds the best by at most ``rise``. Minima apart
+    from each other then lie in one interval. What later runs, for other ends, find within is not looked at again.
 
     Parameters
     ----------

@@ -180,6 +180,7 @@ def pushover(
     ``to=None`` ends where a fifth of the largest load is lost, to ``steps.peak``.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
+    # what is refused first; then the model as it is followed, its points and springs, its equations, and the path
     refuse(assembly)
     deforming = blocks in (SIMPLY_DEFORMABLE, RITZ)
     anew = finds_contacts_anew(assembly, blocks, contacts)
@@ -224,7 +225,7 @@ def pushover(
     if not nodes:
         return _falls(generations, warnings)
     if settles:
-        return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + few, 1.0)
+        return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + few, unit=1.0)
     if to is not None and finite("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
@@ -235,9 +236,9 @@ def pushover(
         warnings += _point_warnings(generations, nodes, contact_model, contact_model is None and grid is None)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     if moving is not None:
-        return certified_curve(generations, nodes, origin, status, warnings, ratio)
+        return certified_curve(generations, nodes, origin, status, warnings, unit=ratio)
     _, toward = senses(begins, end, ratio)
-    return certified_curve(generations, nodes, origin, status, warnings, 1.0, toward)
+    return certified_curve(generations, nodes, origin, status, warnings, unit=1.0, toward=toward)
 
 
 whole_pushover = handed_on()(pushover)
@@ -290,6 +291,7 @@ def _framed(
 
     Parameters
     ----------
+    assembly, points : the model, and its contact points carried by their block a
     kn, ks : stiffness of every interface [Pa/m], shape (k,)
     misfit : what joints have to close of every point, as of :func:`first_contacts` [m], shape (m, c); None for none
     firm : rank of every block, the higher the firmer, shape (n,); None as above

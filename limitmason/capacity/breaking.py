@@ -318,7 +318,8 @@ def released(system: System, node: Node, rows: Index, ratio: float, target: floa
         over = _overload_at(system, history, solved.state)
         worst = float(over.max(initial=-np.inf))
         if worst <= _ALIKE:
-            return node_of(system, solved, True, programs)._replace(broken=np.unique(np.concatenate(broken)))
+            last = node_of(system, solved, jump=True, programs=programs)
+            return last._replace(broken=np.unique(np.concatenate(broken)))
         more = np.flatnonzero(over >= _TOGETHER * worst)
         broken.append(more)
         history = weakened(history, more)
@@ -341,7 +342,7 @@ def _solved(
 
     Parameters
     ----------
-    node : state from which the first points broke
+    system, node : equations of the path, and the state from which the first points broke
     history : with the damage of the points that broke so far
     pose, multiplier : guess of the state
     target : control displacement that is held [m]; None for the multiplier
@@ -371,7 +372,7 @@ def _fallen(
 
     Parameters
     ----------
-    node : state from which the first points broke
+    system, node : equations of the path, and the state from which the first points broke
     history : with the damage of all that broke so far
     broken : numbers of the points that broke, a list by round; more are added
     ratio : work of the live load per control displacement [N]
@@ -392,7 +393,7 @@ def _fallen(
         return weakened(at.returned.history, rows)
 
     found = quieted(
-        system, node.pose, history, target, node.multiplier, node.force[:, 0], ratio, _FALLING_ETA, breaks
+        system, node.pose, history, target, node.multiplier, node.force[:, 0], ratio, eta=_FALLING_ETA, commit=breaks
     )
     if found is None:
         return None

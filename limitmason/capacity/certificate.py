@@ -78,9 +78,10 @@ class StepCertificate(NamedTuple):
 
     @property
     def accepted(self) -> bool:
-        """Whether equilibrium, law, flow rule and energy hold.
+        """Whether equilibrium, law, damage, flow rule and energy hold.
 
-        Equilibrium is asked to 1e-6 of a block weight, law and flow rule to rounding. Slip and jumps make no energy.
+        Each is asked to ``_KEPT``, and no point may make energy by its slip. Of a jump flow rule, sense and loss of
+        slip are not asked; as its path is not known it may seem to make energy, up to ``_CREATED``.
         """
         return (
             self.equilibrium < _KEPT
@@ -138,8 +139,8 @@ def equilibrium(s: Structure, at: PathState, found: StateForces | None = None) -
         x, rows = s.assembly.links, slice(len(s.assembly.interfaces), None)
         pulls, end_a, end_b, along = tensions(s, at)
         for block, sign, end in ((x.block_a[rows], 1.0, end_a), (x.block_b[rows], -1.0, end_b)):
-            force = sign * pulls[:, None] * along
-            np.add.at(total, block, np.concatenate([force, np.cross(end - centroid[block], force)], axis=1))
+            pull = sign * pulls[:, None] * along
+            np.add.at(total, block, np.concatenate([pull, np.cross(end - centroid[block], pull)], axis=1))
     total = total / np.array([1.0, 1.0, 1.0, s.size, s.size, s.size]) / s.weight
     largest = float(np.abs(np.where(s.assembly.held, 0.0, total)).max(initial=0.0))
     if s.deformation is None:
@@ -201,10 +202,11 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
 
     Parameters
     ----------
-    s : the model with its contact points
+    s : the model with its contact points; its ``weight`` of a mean block [N], elastic ``length`` [m] and block ``size``
+        [m] are what departures are measured by
     before, after : states at the ends of the step
-    jump : whether the load fell or blocks moved at once, so that energy is lost; flow rule and damage are then not
-        asked
+    jump : whether the load fell or blocks moved at once, so that energy is lost; flow rule,
+        sense of the slip and the loss of single points are then not asked, and damage only that it does not fall
     """
     first, last = forces(s, before), forces(s, after)
     old, new = first.components, last.components
@@ -226,7 +228,8 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     limit = np.maximum(law.shear_strength(new[:, 0]), 0.0)
     power = limit * size + (new[:, 1:] * slip).sum(axis=1)
     against = float(np.abs(power).max(initial=0.0)) / (s.weight * length)
-    loss = -(new[:, 1:] * slip).sum(axis=1) - new[:, 0] * lift
+    # of every point [J], by the forces at the end of the step: judged by its sign, which no point may turn
+    end_loss = -(new[:, 1:] * slip).sum(axis=1) - new[:, 0] * lift
     # plastic work by the trapezoidal rule: the error of the balance is then of third order in the step
     mean = 0.5 * (old + new)
     lost = float(-(mean[:, 1:] * slip).sum() - (mean[:, 0] * lift).sum())
@@ -237,7 +240,7 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
         more = after.stretched - before.stretched
         excess = max(excess, float((pulls - most).max()) / s.weight)
         against = max(against, float((np.abs(more) * np.abs(most - pulls)).max()) / (s.weight * length))
-        loss = np.append(loss, pulls * more)
+        end_loss = np.append(end_loss, pulls * more)
         lost += float((0.5 * (pulled + pulls) * more).sum())
     live = 0.5 * (before.multiplier + after.multiplier) * work_of_loads(s, "live", before, after)
     dead = work_of_loads(s, "dead", before, after)
@@ -245,7 +248,7 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     # a step that does no work to speak of (sliding without friction) is measured by the elastic work of a block
     # and one that self-stress drives, by the energy that it sets free
     gross = max(abs(live) + abs(dead), abs(change), _IDLE * s.weight * elastic)
-    off, least = equilibrium(s, after, last), float(loss.min(initial=0.0)) / gross
+    off, least = equilibrium(s, after, last), float(end_loss.min(initial=0.0)) / gross
     if jump:
         taken = live + dead - change
         fell = float(np.max(np.asarray(before.damage) - after.damage, initial=0.0))
@@ -302,6 +305,7 @@ def work_of_loads(s: Structure, case: str, before: PathState, after: PathState) 
 
     Parameters
     ----------
+    s : the model with its contact points
     case : "dead" or "live", at multiplier 1
     before, after : states at the ends of the step
     """

@@ -62,7 +62,7 @@ def certified_curve(
         equilibrium=equilibrium(structures[first.generation], state(first)), excess=0.0, flow=0.0, against=0.0,
         dissipation=0.0, energy=0.0,
     )
-    certificates, balances = [zero], [Balance(0.0, 0.0, 0.0, 0.0)]
+    certificates, balances = [zero], [Balance(live=0.0, dead=0.0, stored=0.0, lost=0.0)]
     for node, after in pairwise(nodes):
         before = generations.begun(node)
         certificate, balance = certify(structures[after.generation], state(before), state(after), after.jump)

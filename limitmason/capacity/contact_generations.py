@@ -226,7 +226,8 @@ class Generations:
 
         Parameters
         ----------
-        before : node from which it was reached, whose slip decides which points slide on
+        node : state of the path
+        before : node from which it was reached, whose slip decides which points slide on; None for the first
         move : the control displacement, signed [m]
         """
         return move * self._tangent(node, before, move)[0]
@@ -280,11 +281,11 @@ class Generations:
         return float(np.clip(fell + rises, 0.0, fell)) if np.isfinite(rises) else fell * new.jump
 
     def weakest_rise(self, nodes: list[Node], new: Node, move: float) -> float | None:
-        """Rise of the load over a step by the weaker tangent of every point at its two ends.
+        """Rise of the multiplier over a step by the weaker tangents at its ends [-].
 
-        It is None where one end has all the weaker tangents, and NaN where their tangent is singular. Points that let
-        go make a path less steep, those that take hold steeper. Where both happen in a step this is as steep as it
-        falls, whichever came first.
+        The weaker one of its two is taken of every point. It is None where one end has all the weaker tangents, and NaN
+        where their tangent is singular. Points that let go make a path less steep, those that take hold steeper. Where
+        both happen in a step this is as steep as it falls, whichever came first.
 
         Parameters
         ----------

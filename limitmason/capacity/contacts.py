@@ -219,9 +219,11 @@ def first_contacts(
         place_a = place_a - np.einsum("mc,mci->mi", misfit, points.directions)
     rows = points.interface
     none = np.full(points.count, NO_CORNER, np.intp)
+    residual, by_opening, by_slip = softening.at(rows)
     return PathContacts(
-        points.block_a, points.block_b, place_a, points.position.copy(), points.directions, points.area, rows,
-        np.ones(points.count), law.at(rows), kn[rows], ks[rows], none, none.copy(), *softening.at(rows),
+        block_a=points.block_a, block_b=points.block_b, place_a=place_a, place_b=points.position.copy(),
+        directions=points.directions, area=points.area, interface=rows, sense=np.ones(points.count), law=law.at(rows),
+        kn=kn[rows], ks=ks[rows], corner=none, face=none.copy(), rest=residual, by_opening=by_opening, by_slip=by_slip,
     )
 
 

@@ -142,8 +142,10 @@ def deformation(
 
     Parameters
     ----------
+    assembly, loads : the model; of its loads only those beside centroids count
     points : m contact points of the joints
     blocks : "simply deformable" or "ritz"
+    stress, plane : state of stress by name, and the plane that it is in; None in space
     kn, ks : of every interface [Pa/m]
 
     Raises

@@ -81,7 +81,7 @@ class Onset(NamedTuple):
 class ElasticRange(ReadOnly):
     """Multipliers of the live load between which no joint point reaches its strength.
 
-    c components at m points.
+    Stresses have c components at m points; all is linear in the load.
 
     Parameters
     ----------
@@ -293,10 +293,11 @@ def elastic_range(
     wrench = np.column_stack([(w @ basis * free).ravel() for w in (loads.dead, loads.live)])
     if not wrench[:, 1].any():
         raise InputError("no live load acts on a free block: there is nothing whose range could be asked for")
-    kept = np.concatenate([free.ravel(), np.ones(matrix.shape[0] - free.size, dtype=bool)])
-    held = np.flatnonzero(kept)
-    moved = np.zeros((len(kept), 2))
-    wrench = np.pad(wrench, ((0, len(kept) - len(wrench)), (0, 0)))
+    # unknowns: motions of the blocks, of which the free ones are solved for, then coordinates of their shapes
+    free_or_shape = np.concatenate([free.ravel(), np.ones(matrix.shape[0] - free.size, dtype=bool)])
+    solved = np.flatnonzero(free_or_shape)
+    moved = np.zeros((len(free_or_shape), 2))  # by the dead and by the live load
+    wrench = np.pad(wrench, ((0, len(free_or_shape) - len(wrench)), (0, 0)))
     deforms, own = [], free.size
     for i, shape in enumerate(shapes or ()):
         if shape is not None:
@@ -305,7 +306,7 @@ def elastic_range(
     for i, shape, of_shapes in deforms:  # forces beside the centroid work on the mean gradient of every shape
         for column, arms in enumerate((loads.dead_arms, loads.live_arms)):
             wrench[of_shapes, column] = np.einsum("kij,ji->k", shape.mean_gradient, arms[i])
-    moved[held] = _solved(sparse.csc_array(matrix[held][:, held]), wrench[held])
+    moved[solved] = _solved(sparse.csc_array(matrix[solved][:, solved]), wrench[solved])
     stress_of = -springs[:, :, None] * (rows.T @ moved).reshape(points.count, points.components, 2)
     shift = np.einsum("ndl,xd->lnx", moved[: free.size].reshape(*free.shape, 2), basis[:3])
     for i, shape, of_shapes in deforms:  # a shape moves the centroid too: rigid motions are means over the block

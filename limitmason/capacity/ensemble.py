@@ -111,6 +111,7 @@ def imperfection_ensemble(
 
     Parameters
     ----------
+    assembly, loads : the problem; the live loads are followed
     gap : g over the median block size [-]
     samples : number of paths
     seed : of the gaps; the same seed gives the same paths, and the first of 40 are those of 20
@@ -158,6 +159,7 @@ def _lost(curve: PushoverCurve, within: float) -> float:
 
     Parameters
     ----------
+    curve : the path
     within : displacement in which a load that fell may be carried again [m]
     """
     value, point = first_loss(curve.displacement, curve.load, within), curve.first_limit_point
@@ -209,6 +211,6 @@ def _spread(values: Array) -> Spread:
     """Median, 5 and 95 % quantiles of the values that are finite, and how many these are."""
     known = values[np.isfinite(values)]
     if not len(known):
-        return Spread(float("nan"), float("nan"), float("nan"), 0)
+        return Spread(median=np.nan, low=np.nan, high=np.nan, paths=0)
     low, median, high = np.quantile(known, (0.05, 0.5, 0.95))
     return Spread(float(median), float(low), float(high), len(known))

@@ -73,7 +73,10 @@ def of_forces(points: ContactPoints, state: Prediction, kn: Array, ks: Array) ->
 
 
 def begun_with(system: System, state: Prediction, to: float | None, ratio: float, steps: Steps) -> list[Node]:
-    """The node in the reference pose at the state's multiplier, and one along its mechanism where it is found.
+    """The node without control displacement, and one along the state's mechanism.
+
+    The second is left out where it is not found. The multiplier is solved for; the state's own is where the search
+    begins.
 
     Parameters
     ----------
@@ -85,13 +88,16 @@ def begun_with(system: System, state: Prediction, to: float | None, ratio: float
     """
     rest = system.at_rest()
     old = system.virgin()
-    solved = newton.solve(system, rest, state.collapse_multiplier, old, 0.0)
+    solved = newton.solve(system, rest, state.collapse_multiplier, old, target=0.0)
     programs = 0
     if solved is None:
-        found = stepping.by_programs(system, rest, old, 0.0, state.collapse_multiplier, None, ratio)
+        found = stepping.by_programs(
+            system, rest, old, target=0.0, multiplier=state.collapse_multiplier, normal=None, ratio=ratio
+        )
         if found is None:
             return []
         solved, programs = found
+    # looked: the contacts are those of the reference pose
     first = stepping.node_of(system, solved, programs=programs)._replace(looked=rest)
     assert state.mechanism is not None
     twists = np.array(state.mechanism.twists)

@@ -205,6 +205,7 @@ def block_wrenches(bodies: ContactGeometry, wrenches: Array, force: Array) -> Ar
     ----------
     bodies : contact points and blocks in the reference pose
     wrenches : of unit forces on the two blocks of every point, shape (m, c, 2, d)
+    force : of every point along its normal and tangents [N], shape (m, c)
     """
     n, d = bodies.free.shape
     out = np.zeros((n, d))

@@ -94,9 +94,12 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
         around = Range(value, value + steps.peak * abs(value), "sampling of the limit point")
         around = Range(*ends, f"spread over {', '.join(budget)}") if ends else around
     return Prediction(
-        "pushover", value, Bound(BoundKind.ESTIMATE, meaning), status, mechanism, resultants, None, warnings,
-        {"steps": curve.cost.steps, "programs": curve.cost.programs, "Newton iterations": curve.cost.iterations},
-        {
+        "pushover", value, Bound(BoundKind.ESTIMATE, meaning), status, mechanism, resultants,
+        warnings=warnings,
+        provenance={
+            "steps": curve.cost.steps, "programs": curve.cost.programs, "Newton iterations": curve.cost.iterations,
+        },
+        details={
             "curve": curve, "limit point displacement": math.nan if point is None else point.displacement,
             **({"interval": ends} if ends else {}),
         },

@@ -74,7 +74,10 @@ def follow(
 
 
 class _Path(JudgedPath):
-    """A path on its way, from step to step."""
+    """A path on its way, from step to step.
+
+    State, counters and judges are those of JudgedPath.
+    """
 
     def followed(self) -> PathEnd:
         """Follow the path from its first states to its end, and say how it ended."""
@@ -111,7 +114,7 @@ class _Path(JudgedPath):
         found = self._found(system, last, left)
         if not isinstance(found, Try):
             return found
-        self.failures = 0
+        self.failures = 0  # this and the two below count tries of one step
         verdict = self.judged(found)
         if verdict is not StepOutcome.ACCEPTED:
             return verdict

@@ -189,10 +189,12 @@ def pressure_sharing_warnings(generations: Generations, nodes: list[Node]) -> li
     if system.bodies.directions.shape[1] == 2 or top == 0.0:
         return []
     virgin, rest = system.virgin(), system.at_rest()
-    at = system.evaluate(rest, virgin, 0.0)
+    at = system.evaluate(rest, virgin, multiplier=0.0)
     none = np.zeros((len(system.bodies.area), 3))
     sense = np.sign(max(nodes, key=lambda n: abs(n.multiplier)).multiplier)
-    most = solve_step(system, at, virgin, none, None, sense * _FAR * system.weight * system.length)
+    most = solve_step(
+        system, at, virgin, elastic=none, normal=None, advance=sense * _FAR * system.weight * system.length
+    )
     if most is None or abs(most.multiplier) < SHARED * top:
         return []
     times = abs(most.multiplier) / top
@@ -216,9 +218,9 @@ def branch_warnings(generations: Generations, nodes: list[Node]) -> list[str]:
     ----------
     generations : contacts and equations of the path, part by part
     """
-    first, found = generations.sense(nodes[0], None, "control"), []
+    first, found = generations.sense(nodes[0], before=None, prescribed="control"), []
     for k in range(1, len(nodes)):
-        if generations.sense(nodes[k], nodes[k - 1], "control") == first:
+        if generations.sense(nodes[k], before=nodes[k - 1], prescribed="control") == first:
             continue
         system = generations.systems[nodes[k].generation]
         if generations.softest(nodes[k], nodes[k - 1]) > _NEUTRAL * system.length / system.size:

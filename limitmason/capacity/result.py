@@ -65,12 +65,21 @@ class SampleStability(StrEnum):
 class PushoverCurve(Curve):
     """Capacity curve by :func:`limitmason.pushover`.
 
-    The load is the multiplier [-], or a moved support's force [N].
+    Displacement, load, their units and the label are those of Curve. The load is the multiplier [-], or a moved
+    support's force [N]. The displacement is that of the control from the state under dead load [m]. Sample 0 is that
+    state.
 
-    ``unit`` is the load of multiplier 1, ``toward`` the sign of a load that pushes: with ``to`` below zero loads are
-    negative, and the peak is the lowest. The displacement is that of the
-    control from the state under dead load [m].
-    Sample 0 is that state.
+    Parameters
+    ----------
+    generations : contacts and equations of the path, part by part
+    nodes : state of every sample
+    certificates : how well each state keeps the theory, of every sample
+    energy : works and energies of every sample
+    jumps : numbers of the samples that no states led to
+    breaks : what broke at once, and at which samples
+    origin : pose under dead load, from which displacements count
+    unit : load of multiplier 1
+    toward : sign of a load that pushes: with ``to`` below zero loads are negative, and the peak is the lowest
     """
 
     generations: Generations | None = None
@@ -281,7 +290,7 @@ class PushoverCurve(Curve):
         before = self.nodes[k - 1] if k else None
         held, alone = (
             self.generations.sense(self.nodes[k], before, prescribed)
-            == self.generations.sense(self.nodes[0], None, prescribed)
+            == self.generations.sense(self.nodes[0], before=None, prescribed=prescribed)
             for prescribed in ("control", "multiplier")
         )
         if not held:

@@ -89,13 +89,14 @@ def node_of(system: System, solved: newton.Solved, jump: bool = False, programs:
 
     Parameters
     ----------
+    system, solved : equations of the path, and their solution
     jump : whether no states led to it
     programs : how many programs were solved for it
     """
     s = solved.state
     return Node(
-        s.pose, s.returned.history, solved.multiplier, system.controlled(s.pose), s.force, jump, programs,
-        solved.iterations,
+        s.pose, s.returned.history, solved.multiplier, control=system.controlled(s.pose), force=s.force, jump=jump,
+        programs=programs, iterations=solved.iterations,
     )
 
 
@@ -109,15 +110,15 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
     """
     old, pose = system.virgin(), system.at_rest()
-    solved = newton.solve(system, pose, 0.0, old, target)
+    solved = newton.solve(system, pose, multiplier=0.0, old=old, target=target)
     if solved is not None:
         return node_of(system, solved)
     # the associative program first: a limit frozen at no normal force would carry nothing
-    found = by_programs(system, pose, old, target, 0.0, None, ratio)
+    found = by_programs(system, pose, old, target, multiplier=0.0, normal=None, ratio=ratio)
     if found is not None:
         return node_of(system, found[0], programs=found[1])
     # blocks that first have to come down on each other, through gaps
-    return quieted(system, pose, old, target, 0.0, None, ratio, _LANDING_ETA)
+    return quieted(system, pose, old, target, multiplier=0.0, normal=None, ratio=ratio, eta=_LANDING_ETA)
 
 
 def step(
@@ -136,6 +137,7 @@ def step(
     target : control displacement [m]
     guess : extrapolated pose and multiplier; None without any, which leaves Newton's method out
     ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
+    patient : whether descent follows where an interior path finds nothing, see :func:`patience`
     """
     start, load = guess if guess is not None else (node.pose, node.multiplier)
     many = descent_first(system)
@@ -193,7 +195,7 @@ def patience(system: System, move: float) -> int:
 
 def _by_interior_path(system: System) -> bool:
     """Whether a step is first looked for by an interior path."""
-    return _ways(system, False)[0] is interior.solve
+    return _ways(system, patient=False)[0] is interior.solve
 
 
 def _falls(system: System) -> bool:
@@ -255,6 +257,7 @@ def jump(system: System, node: Node, target: float, ratio: float) -> Node | None
 
     Parameters
     ----------
+    system : equations of the path's blocks and points
     node : to begin from
     target : control displacement [m]
     ratio : work of the live load per control displacement [N]
@@ -288,7 +291,7 @@ def quieted(
     for _ in range(_SUB_STEPS):
         # descent before programs where these do badly (see `descent_first`); Newton would find no state near
         found = None
-        for way in _ways(system, True) if descent_first(system) else ():
+        for way in _ways(system, patient=True) if descent_first(system) else ():
             if found is None and way is not newton.solve:
                 solved = way(system, pose, multiplier, history, target, viscosity=eta)
                 found = None if solved is None else (solved, 0)

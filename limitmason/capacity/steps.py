@@ -81,7 +81,7 @@ def extrapolated(system: System, nodes: list[Node], move: float) -> tuple[Pose, 
     """Guess of pose and multiplier after a move, by last increment or elastic tangent.
 
     The tangent is taken at the start and where bonds just broke, as the increment before says nothing there. The last
-    node is the one that the step begins from, with its contacts found anew. ``move`` is signed [m].
+    node is the one that the step begins from, with its contacts found anew.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
-from math import isfinite
+from math import isfinite, isnan
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +42,8 @@ def run(
         with the associative rule. Given: measured values with this rule, and only the published ones computed with it
     kinds : which values to compare with, out of "measured", "published", "recomputed"
     quantities : only these, of those that the experiment has
-    spread : also predict over all combinations of the experiment's ``open_options`` and report the range
+    spread : also predict over all combinations of the experiment's ``open_options`` and report the range of the
+        answers; a combination without one counts for nothing
     settings : passed to the method
 
     Returns
@@ -92,8 +93,9 @@ def run(
         # what the value itself was stated for is settled, also where the sources leave it open for others
         others = [solve({**c, **target.options}, target.direction, rule) for c in combinations]
         if combinations:
-            found = [r.multiplier * factor for r in (row, *(o for o in others if o.prediction is not None))]
-            row = replace(row, low=min(found), high=max(found), range_is=OPEN)
+            found = [r.multiplier * factor for r in (row, *others) if not isnan(r.multiplier)]
+            if found:
+                row = replace(row, low=min(found), high=max(found), range_is=OPEN)
         rows.append(replace(
             row, factor=factor, reference=test.value(target), source=test.source.name, specimen=test.specimen,
             quantity=target.quantity, kind=test.standing(target), flow_rule=rule, options=dict(target.options),

@@ -219,6 +219,7 @@ def curve_by_dem(test: Experiment, to: float) -> WallCurve:
     """
     drive = get_method(DEM).drive
     assert drive is not None
+    # the drive acts at the beam's centroid: of a thin beam that is the top of the wall
     test = test.with_options(beam_height=THIN)
     wall, height = test.assembly(), float(test.row["H"])
     curve: Any = drive(wall, test.drive(), to=to * height, loads=test.loads(), samples=SAMPLES)

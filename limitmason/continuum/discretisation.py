@@ -120,11 +120,11 @@ class Discretisation:
         return out
 
     def stiffness(self, tangent: Array) -> Array:
-        """Stiffness of every brick [N/m], shape (m, k, k), from tangents at the points.
+        """Stiffness of every brick [N/m], shape (m, k, k) for its k unknowns.
 
         Parameters
         ----------
-        tangent : [Pa], shape (m, q, 6, 6), or (6, 6) per material, shape (k, 6, 6)
+        tangent : at the points [Pa], shape (m, q, 6, 6), or one per material, shape (materials, 6, 6)
         """
         # integral of B^T D B, as B^T times D B over all points of a brick at once
         n = self.unknowns.shape[1]
@@ -133,10 +133,10 @@ class Discretisation:
         for g in self.groups:
             b = g.strain
             if by_material:  # equal bricks of one material have one stiffness
-                for k in np.unique(self.mesh.material[g.bricks]):
-                    db = np.einsum("q,ij,qjk->qik", g.volume, tangent[k], b)
+                for material in np.unique(self.mesh.material[g.bricks]):
+                    db = np.einsum("q,ij,qjk->qik", g.volume, tangent[material], b)
                     one = b.reshape(-1, n).T @ db.reshape(-1, n)
-                    values[g.bricks[self.mesh.material[g.bricks] == k]] = one
+                    values[g.bricks[self.mesh.material[g.bricks] == material]] = one
                 continue
             for first in range(0, len(g.bricks), _CHUNK):
                 rows = g.bricks[first : first + _CHUNK]
@@ -145,11 +145,11 @@ class Discretisation:
         return values
 
     def mass(self, density: Array, extra: Array | None = None) -> Array:
-        """Consistent mass of every brick [kg], shape (m, k, k).
+        """Consistent mass of every brick [kg], shape (m, k, k) for its k unknowns.
 
         Parameters
         ----------
-        density : per material [kg/m3], shape (k,)
+        density : of every material [kg/m3], shape (materials,)
         extra : further masses per unknown, lumped [kg], shape (3 n,)
         """
         n = self.mesh.per_brick

@@ -154,10 +154,10 @@ class Solver:
         try:
             while put_on < 1.0:
                 self.dead = min(put_on + part, 1.0) * whole
-                new = self.solve(node, node.displacement, 0.0, None, NEWTON)
+                new = self.solve(node, node.displacement, multiplier=0.0, target=None, most=NEWTON)
                 # no smaller part helps: what breaks under this one breaks on, as under a load that stays
                 if new is None and part <= _LEAST:
-                    new = self.past_instability(node, None, _DEAD_BREAK, say)
+                    new = self.past_instability(node, target=None, most=_DEAD_BREAK, say=say)
                 if new is None:
                     if part <= _LEAST:
                         return None

@@ -84,7 +84,7 @@ def crack_energy(solver: Solver, curves: Curves, memory: Memory) -> CrackEnergy:
     least = _OPEN * curves.tension.reshape(bricks, -1) / curves.modulus.reshape(bricks, -1)
     cracked: Flags = np.asarray((opened > least).any(axis=1))
     if not cracked.any():
-        return CrackEnergy(0.0, 0.0, np.zeros(3))
+        return CrackEnergy(taken=0.0, of_one=0.0, place=np.zeros(3))
     # rows: number of that of every point, in its brick and in the stack of bricks that crack across each other
     normal = axes.reshape(bricks, -1, 3, 3)[np.arange(bricks), opened.argmax(axis=1), :, 2]
     row_of_brick = _rows(d.place, _edge(mesh.corners, normal))

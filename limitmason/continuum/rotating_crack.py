@@ -155,7 +155,7 @@ def envelope(c: Curves, strain: Array) -> tuple[Array, Array, Array]:
     crushed = short > fc / (3.0 * e)
     if crushed.any():
         f, modulus, end = (np.broadcast_to(x, strain.shape)[crushed] for x in (fc, e, c.end[:, None]))
-        # t runs from 0 at fc / 3 to 1 at fc, s from 0 at fc to 1 where nothing is left
+        # t is 0 at fc / 3, strain fc / 3 E, and 1 at fc, strain 5 fc / 3 E; s is 0 there, 1 where nothing is left
         t = (short[crushed] - f / (3.0 * modulus)) / (4.0 * f / (3.0 * modulus))
         s = (short[crushed] - 5.0 * f / (3.0 * modulus)) / end
         rising, gone = t <= 1.0, s >= 1.0

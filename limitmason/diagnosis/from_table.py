@@ -232,9 +232,13 @@ class TableStudy:
     def _noise(self) -> Noise:
         """Noise as it is stated, else the column "noise" in its own unit, else unknown.
 
-        A column in the unit of the measured values is divided by them: the noise is relative.
+        A column in "-" or "%" is relative. Any other must be in the unit of the measured values, and is divided by
+        them. Degrees of freedom go with a number or such a column; beside a statement that has its own they are
+        refused.
         """
         stated, table, dof = self.noise, self.data, self.dof
+        if dof is not None and (isinstance(stated, Noise) or stated == "replicates"):
+            raise InputError("dof goes with a noise that is a number or a column; this one has its own: leave dof out")
         if isinstance(stated, Noise):
             return stated
         if stated is None and "noise" in table.columns:

@@ -142,8 +142,8 @@ class Observation:
         """
         found = test.quantities.items()
         return [
-            cls(specimen, q, v, frequency, "Hz") if q.startswith("frequency") else cls(specimen, q, v, component)
-            for q, v in found
+            cls(specimen, q, v, scatter=frequency, unit="Hz") if q.startswith("frequency")
+            else cls(specimen, q, v, scatter=component) for q, v in found
         ]
 
     @property
@@ -234,12 +234,12 @@ class Rows:
         low, high = (np.array([o.value if o.beyond == b else end for o in chosen])
                      for b, end in (("below", -np.inf), ("above", np.inf)))
         return cls(
-            np.array(of, dtype=int), tuple(o.quantity for o in chosen), tuple(o.kind for o in chosen),
-            np.array([o.link == "log" for o in chosen], dtype=bool), None if np.isnan(values).all() else frozen(values),
-            np.array(stated) if stated else None,
-            tuple(float(o.scatter or 0.0) * o.seen for o in chosen) if any(o.seen for o in chosen) else None,
-            low if cut else None, high if cut else None,
-            {i: o.counted for i, o in zip(of, chosen, strict=True) if o.counted}, planned,
+            of=np.array(of, dtype=int), quantities=tuple(o.quantity for o in chosen),
+            kinds=tuple(o.kind for o in chosen), log=np.array([o.link == "log" for o in chosen], dtype=bool),
+            values=None if np.isnan(values).all() else frozen(values), scatter=np.array(stated) if stated else None,
+            misread=tuple(float(o.scatter or 0.0) * o.seen for o in chosen) if any(o.seen for o in chosen) else None,
+            low=low if cut else None, high=high if cut else None, planned=planned,
+            counted={i: o.counted for i, o in zip(of, chosen, strict=True) if o.counted},
         )
 
     def __len__(self) -> int:

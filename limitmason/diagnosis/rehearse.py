@@ -20,6 +20,7 @@ from limitmason.display.progress import reached, watched
 OUTCOMES = ("none", "named", "behaves like it", "set with it", "wrong name", "behaves like another", "set without it",
             "two", "unexplained", "scatter")
 NULL = "(none)"
+_STREAM = 77  # second number of the seed: what is hidden is drawn by other numbers than the bootstrap
 
 
 def binomial_interval(k: int, n: int, level: float = 0.95) -> tuple[float, float]:
@@ -137,6 +138,7 @@ def planted(known: Design, cause: Listed | None, judge: Judge) -> Planted:
     Parameters
     ----------
     known : design with the cause on its list, and the noise that is drawn
+    cause : to be hidden; None for the baseline, which has no size
     judge : of the list that the data are judged by
     """
     if cause is None:
@@ -170,7 +172,7 @@ def rehearse(
     missing : whether each hidden cause is taken off the list; they are then hidden in turn
     """
     design = nothing.judge.design
-    rng = np.random.default_rng([seed, 77, design.n])
+    rng = np.random.default_rng([seed, _STREAM, design.n])
     chances = Draws.make([seed, design.n], design.n, design.inputs, design.noise, DRAWS)
     names = [p.cause.name for p in hidden if p.cause is not None]
     counts: dict[str, Counter] = {name: Counter() for name in ([] if missing else [NULL]) + names}

@@ -24,6 +24,8 @@ from limitmason.diagnosis.result import Findings
 from limitmason.storage.files import write_text
 from limitmason.study.memo import plain
 
+OFF = 0.25  # of the noise: error of a table from which on a warning names it (chosen, not derived)
+LISTED, HANGS = 8, 6  # kept explanations, and specimens that a verdict hangs on, that are told one by one (chosen)
 COLLINEAR = 0.9  # correlation at which two covariates cannot be held apart
 
 
@@ -81,7 +83,7 @@ class Diagnosis(Findings):
             out.append("No covariates are recorded: an effect outside the list can only show as scatter.")
         for cause in self.listed:
             error = self.table_errors[cause.name]
-            if error > 0.25:
+            if error > OFF:
                 out.append(f"The table of {cause.name} may be off by {error:.2f} of the noise between its levels.")
             name = cause.name
             if name in self.estimates and self.estimates[name].at_bound:
@@ -134,24 +136,25 @@ class Diagnosis(Findings):
         return "\n".join(lines)
 
     def _kept_lines(self) -> list[str]:
-        """Sizes, evidence, physics and gain of the kept explanations, eight at most."""
+        """Sizes, evidence, physics and gain of the kept explanations, ``LISTED`` at most."""
         lines = []
-        for names in self.kept[:8]:
+        for names in self.kept[:LISTED]:
             evidence = words.gate_words(self.verdict.tested[names].p)
             lines.append(f"  {' and '.join(self.sized(names))}; {evidence}")
             causes = [self.by_name[n] for n in names]
             if physics := "; ".join(f"{c.physics} ({c.acts_on})" for c in causes if c.physics):
                 lines.append(f"    {physics}")
             lines.append(f"    {self.gains[names]}")
-        if len(self.kept) > 8:
-            lines.append(f"  and {len(self.kept) - 8} more")
+        if len(self.kept) > LISTED:
+            lines.append(f"  and {len(self.kept) - LISTED} more")
         return lines
 
     def state_of(self, names: tuple[str, ...]) -> str:
-        """What became of an explanation: "kept", "rejected: ..." or "not tested".
+        """What became of an explanation, in words.
 
-        An explanation is kept unless one of its p values falls below the threshold of the rule. One without p values
-        was not tested.
+        It is "kept", "withdrawn, though it fits", "rejected: " with the reason, or "not tested". An explanation is
+        rejected when one of its p values falls below the threshold of the rule. One that fits may still be withdrawn,
+        for reasons that the text above the list gives. One without p values was not tested.
 
         Parameters
         ----------
@@ -160,6 +163,8 @@ class Diagnosis(Findings):
         tested = self.verdict.tested[names]
         if tested.kept:
             return "kept"
+        if names in (*self.verdict.withdrawn, *self.verdict.structured, *self.verdict.rivalled):
+            return "withdrawn, though it fits"
         return "rejected: " + _why(tested.p, self.rule) if tested.p else "not tested"
 
     def table(self) -> list[dict[str, Any]]:
@@ -281,10 +286,10 @@ def check_lines(diagnosis: Findings, checks: Checks) -> list[str]:
         what = f"With {100 * PLAUSIBLE:.0f} % of the noise's variance shared within {where} (assumed: not estimated)"
         told = "is the same" if is_same(answer) else f"is {answer}"
         out.append(f"{what} the verdict, before it is identified, {told}.")
-    for i in checks.hangs_on[:6]:
+    for i in checks.hangs_on[:HANGS]:
         out.append(f"The verdict hangs on {diagnosis.specimens[i]}: without it, it is {checks.dropped[i]}.")
-    if len(checks.hangs_on) > 6:
-        out.append(f"And without {len(checks.hangs_on) - 6} other single specimens it changes too.")
+    if len(checks.hangs_on) > HANGS:
+        out.append(f"And without {len(checks.hangs_on) - HANGS} other single specimens it changes too.")
     if not checks.hangs_on:
         out.append(
             "No single specimen decides: left out one at a time, none turns the verdict into another kind or into "

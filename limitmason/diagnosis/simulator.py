@@ -116,6 +116,10 @@ class Simulator:
     def check_parameters(self, names: Iterable[str], of: str) -> None:
         """Refuse parameters that ``simulate`` does not take.
 
+        Parameters
+        ----------
+        names, of : of the parameters, and what has them, for the message
+
         Raises
         ------
         InputError
@@ -166,7 +170,7 @@ class Simulator:
         keys, jobs = list(missing), list(missing.values())
         calls = [(k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
                  for k, j in enumerate(jobs)]
-        for k, value in run_points(_call, calls, None, self.n_jobs):
+        for k, value in run_points(_call, calls, executor=None, workers=self.n_jobs):
             self._known[keys[k]] = self._checked(jobs[k], value)
             if self._memo is not None:
                 self._memo.keep(self._text(jobs[k]), self._known[keys[k]])
@@ -268,11 +272,10 @@ class Simulator:
 def number(value: Any, what: Callable[[], str], must_be_positive: bool = True) -> float:
     """The value as a float, refused unless finite and, if need be, positive.
 
-    It must be positive where its logarithm is compared.
-
     Parameters
     ----------
     what : gives the words of an error, made only where there is one
+    must_be_positive : whether its logarithm is compared
     """
     needed = "a positive finite number" if must_be_positive else "a finite number"
     try:

@@ -313,7 +313,7 @@ class Study(Statement):
             known = self.known_design(causes, sd)
             judge = self.judge(causes, rule)
             hidden = [planted(known, c, judge) for c in causes]
-            nothing = planted(known, None, judge)
+            nothing = planted(known, cause=None, judge=judge)
         else:
             if isinstance(hide, str) and hide != "each":
                 raise InputError(f"hide must be 'each' or causes, got {hide!r}")
@@ -324,7 +324,7 @@ class Study(Statement):
                     raise InputError(f"without {cause.name!r} the list is empty: a list of two and more is needed")
                 known = self.known_design((*rest, cause), sd)
                 hidden.append(planted(known, cause, self.judge(rest, rule)))
-            nothing = planted(known, None, hidden[0].judge)
+            nothing = planted(known, cause=None, judge=hidden[0].judge)
         spread = known.scale / nothing.judge.design.scale
         found = rehearse(hidden, nothing, spread, n, seed, missing=hide is not None, pairs=pairs, progress=progress)
         if hide is not None:

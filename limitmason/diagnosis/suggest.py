@@ -18,6 +18,9 @@ from limitmason.diagnosis.specimens import recorded
 from limitmason.diagnosis.tables import PoolGrids
 from limitmason.errors import InputError
 
+_NEAREST = 8
+"""Most pairs that a kept pair is held against, those that fit best: chosen, it bounds the work."""
+
 
 def suggest(
     design: Design, there: PoolGrids, pool: Sequence[Any], k: int, diagnosis: Findings | None,
@@ -140,6 +143,10 @@ def _hypotheses(
 ) -> tuple[dict[Names, plan.Truth], list[tuple[Names, Names]], str]:
     """Explanations to be told apart: predictions, ordered pairs, and the reason.
 
+    Several kept ones are told from one another. A single cause is held against every other of the list, or the
+    baseline ``()`` where there is no other. A single pair is held against the pairs that fit best, or each of its
+    causes where there is no other. With none kept all causes of the list are told apart, at visible sizes.
+
     Parameters
     ----------
     design, diagnosis : tables of the tested specimens, and what was found on them, or None
@@ -149,9 +156,9 @@ def _hypotheses(
     -------
     truths, pairs, reason : predictions of every explanation; (true, rival); in words
     """
-    if diagnosis is not None and diagnosis.kind in ("cause", "behaves like", "either", "two"):
+    if diagnosis is not None and diagnosis.kind in ("cause", "either", "two"):  # "behaves like": see _identify
         verdict = diagnosis.verdict
-        kept = [n for n, t in verdict.tested.items() if t.kept]
+        kept = verdict.kept
         found = {n: _at_fit(design, there, n, verdict.tested[n]) for n in kept}
         if len(kept) > 1:
             reason = "to tell " + " from ".join(" + ".join(n) for n in kept[:4])
@@ -161,7 +168,7 @@ def _hypotheses(
             rivals = [(c.name,) for c in design.causes if c.name != kept[0][0]] or [()]
         else:
             rivals = [n for n in verdict.tested if len(n) == 2 and n != kept[0]]
-            rivals = sorted(rivals, key=lambda n: verdict.tested[n].deficit)[:8] or [(n,) for n in kept[0]]
+            rivals = sorted(rivals, key=lambda n: verdict.tested[n].deficit)[:_NEAREST] or [(n,) for n in kept[0]]
         return found, [(kept[0], r) for r in rivals], f"to hold {' + '.join(kept[0])} against the others"
     visible = plan.confusable(design)  # each cause at a size that is clearly seen
     truths: dict[Names, plan.Truth] = {}

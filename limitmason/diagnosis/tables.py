@@ -151,6 +151,11 @@ class CauseTables:
         What may be wrong is their additive table.
 
         The check is at the fit and half-way to it, in units of the noise.
+
+        Parameters
+        ----------
+        design : forgets the pairs that were wrong
+        verdict : whose pairs are looked at, those with a deficit of at most ``PAIR_NEAR``
         """
         if self.pair_tables != "verified":
             return False

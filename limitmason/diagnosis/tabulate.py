@@ -28,6 +28,11 @@ from limitmason.errors import InputError
 REACH = 4.0  # standard deviations of a measured input that the refit may use
 TOLERANCE = 0.1  # of the noise: largest interpolation error that needs no further level (chosen, not derived)
 FEWEST, MOST = 6, 30  # size nodes on each side of the baseline
+NESTED = 0.02  # of the noise: by how much a cause at its baseline size may move a prediction (chosen, not derived)
+_BEGUN = 5  # levels of a cause with two sides to begin with: its baseline, both bounds, and half-way to each
+_FINE = 65  # sizes at which the length of a curve is measured (chosen, not derived)
+_EVEN = 0.15  # of the mean length of a piece, added to each: nodes also where the cause does nothing (chosen)
+_INPUT_NODES = 2  # nodes of an input on each side of its measured value in the table of a pair
 CROSSED = ("full", "corners")
 INTERACTION = 0.5  # of the noise: effect of size and inputs on each other above which a specimen is tabulated in full
 
@@ -174,7 +179,7 @@ class Tabulator:
         for axis, (name, measured) in enumerate(self.free.items()):
             ends = [measured.at(z) for z in self.z_levels[axis][[0, -1]]]
             warn_without_effect(np.ptp(values, axis=axis), f"the measured input {name!r}", name, ends)
-        values = self._to_nodes(values, 0)
+        values = self._to_nodes(values, first=0)
         return Tabulation((), (), self.z_nodes, values)
 
     def single(self, cause: Cause, like: Tabulation | None = None) -> Tabulation:
@@ -199,9 +204,10 @@ class Tabulator:
         else:
             values = self.evaluate((cause,), [((s,), z) for s in levels for z in product(*self.z_levels)])
         if not cause.transforms:
+            # a cause that changes the model reaches simulate by its keyword extend, any other by its own
             keyword = cause.parameter if cause.apply is None else "extend"
             warn_without_effect(np.ptp(values, axis=0), f"the cause {cause.name!r}", keyword, cause.bounds)
-        values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), 1)
+        values = self._to_nodes(values.reshape(len(levels), *map(len, self.z_levels), self.n), first=1)
         curve = between_sizes(cause, levels, values)
         nodes = like.sizes[0] if like is not None else self._nodes(cause, curve)
         return Tabulation(
@@ -218,7 +224,8 @@ class Tabulator:
         """
         pick = [thinned(t.sizes[0], t.causes[0].baseline) for t in (first, second)]
         sizes = tuple(t.sizes[0][p] for t, p in zip((first, second), pick, strict=True))
-        thin = tuple(thinned(a, 0.0, 2) if len(a) > 5 else np.arange(len(a)) for a in base.z)
+        few = 2 * _INPUT_NODES + 1  # so many are not thinned
+        thin = tuple(thinned(a, 0.0, each=_INPUT_NODES) if len(a) > few else np.arange(len(a)) for a in base.z)
         z = tuple(a[t] for a, t in zip(base.z, thin, strict=True))
         causes = (first.causes[0], second.causes[0])
         if exact:
@@ -241,7 +248,10 @@ class Tabulator:
         return float(np.max(np.abs(true - shown) / self.noise))
 
     def _refuse_not_nested(self, cause: Cause) -> None:
-        """Refuse a cause whose baseline moves the first prediction by > 0.02 of its noise."""
+        """Refuse a cause whose baseline moves the first prediction.
+
+        It may by ``NESTED`` of its noise.
+        """
         if cause.apply is None:
             self.simulator.check_parameters([cause.parameter], f"cause {cause.name!r}")
         elif not cause.transforms:
@@ -260,7 +270,7 @@ class Tabulator:
             values = self.simulator.predict([with_it])[0, self.rows.column[rows]]
         change = np.abs(self.rows.linked(values, rows) - self.rows.linked(plain, rows)) / self.noise[rows]
         worst = int(np.argmax(change))
-        if change[worst] > 0.02:
+        if change[worst] > NESTED:
             raise InputError(
                 f"cause {cause.name!r} at its baseline {cause.baseline:g} predicts {values[worst]:.6g} for specimen "
                 f"{first}, the baseline model {plain[worst]:.6g}: a cause must be nested in the baseline"
@@ -273,7 +283,7 @@ class Tabulator:
         number of levels. Sizes that are factors are halved by the geometric mean.
         """
         measured = tuple(0.0 for _ in self.free)  # nuisance inputs at their measured values
-        most = max(self.levels, 5)
+        most = max(self.levels, _BEGUN)
         ends = sorted({cause.baseline, *cause.sides})
         middle_of = (lambda a, b: float(np.sqrt(a * b))) if is_factor(cause) else (lambda a, b: 0.5 * (a + b))
 
@@ -302,7 +312,14 @@ class Tabulator:
         return x, worst
 
     def _from_corners(self, cause: Cause, levels: np.ndarray) -> tuple[np.ndarray, float]:
-        """Values on all levels from axes and corners, and the error half-way."""
+        """Values on all levels from axes and corners, and the error half-way [noise].
+
+        Specimens that are tabulated in full do not count in the error.
+
+        Parameters
+        ----------
+        cause, levels : cause, and its sizes, shape (levels,)
+        """
         zero = tuple(0.0 for _ in self.free)
         points = list(product(*self.z_levels))
         line = self.evaluate((cause,), [((s,), zero) for s in levels])
@@ -351,10 +368,10 @@ class Tabulator:
         """Size nodes evenly spaced along the curve in units of the noise."""
         out = [cause.baseline]
         for side in cause.sides:
-            fine = (np.geomspace if is_factor(cause) else np.linspace)(cause.baseline, side, 65)
+            fine = (np.geomspace if is_factor(cause) else np.linspace)(cause.baseline, side, _FINE)
             steps = np.diff(curve(fine), axis=0) / self.noise
             length = np.sqrt((steps**2).sum(axis=-1)).reshape(len(fine) - 1, -1).max(axis=1)
-            length += 0.15 * length.sum() / len(length) + 1e-12  # keep nodes where the cause does nothing
+            length += _EVEN * length.sum() / len(length) + 1e-12  # the last for a curve without any length
             along = np.concatenate([[0.0], np.cumsum(length)])
             count = int(np.clip(np.ceil(along[-1] / CELL), FEWEST, MOST))
             out += list(np.interp(np.linspace(0.0, along[-1], count + 1)[1:], along, fine))

@@ -106,6 +106,15 @@ def rivalled_words(diagnosis: Findings) -> str:
     return f"{' and '.join(verdict.rivalled[0])} fit together, but one lever, {verdict.rival}, does nearly as well"
 
 
+def withdrawn_words(diagnosis: Findings) -> str:
+    """The explanations that fit, but fail on groups left out; without a full stop."""
+    names = "; ".join(" and ".join(n) for n in diagnosis.verdict.withdrawn)
+    return (
+        f"{names} is not rejected on all data together, but predicts groups left out worse than the baseline does, and "
+        "is not named"
+    )
+
+
 def not_two_kinds(held: Identification) -> str:
     """Which kinds of evidence do not agree, or that there is one only."""
     shown = [k.kind for k in held.kinds if k.shows]
@@ -197,9 +206,8 @@ def _alarm_without_cause(diagnosis: Findings, before: str) -> list[str]:
     found = f", and nothing on the list, {alone}, removes the misfit"
     if diagnosis.verdict.rivalled:
         found = f", and no cause of the list alone removes the misfit; {rivalled_words(diagnosis)}"
-    if told := [" and ".join(n) for n in diagnosis.verdict.withdrawn]:
-        found = (f". {'; '.join(told)} is not rejected on all data together, but predicts groups left out worse than "
-                 "the baseline does, and is not named")
+    if diagnosis.verdict.withdrawn:
+        found = f". {withdrawn_words(diagnosis)}"
     misses = f"The simulation misses the measured values by {before}, more than noise allows{found}.{where}"
     return [misses, *carried, *by_kind_words(diagnosis), "The list lacks the cause: extend it and judge again."]
 
@@ -227,6 +235,8 @@ def _explanation(diagnosis: Findings, before: str) -> list[str]:
     if diagnosis.verdict.structured:
         fits = " and ".join(diagnosis.verdict.structured[0])
         out.append(f"{fits} alone is not rejected by the size of the misfit, but leaves structure, and is withdrawn.")
+    if diagnosis.verdict.withdrawn:
+        out.append(f"{withdrawn_words(diagnosis)}.")
     out += [*by_kind_words(diagnosis), *identification_words(diagnosis)]
     if diagnosis.identified:
         how = " and ".join(

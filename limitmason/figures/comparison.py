@@ -62,9 +62,9 @@ def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[ComparedValue]:
 
 
 def _with_range(value: Any, where: str) -> tuple[float, float, float]:
-    """Low, value and high of a number, of (low, high), or of (low, value, high).
+    """Low, value and high of a number, two ends of a range, or (low, value, high).
 
-    The value of two is their mean.
+    Two may stand in either order, and the value is their mean; three must rise.
 
     ``where`` the value stands is said of one that is refused.
     """

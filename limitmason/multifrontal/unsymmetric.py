@@ -105,10 +105,16 @@ class UnsymmetricFronts:
         return found
 
     def sense(self, store: Array, pivot: Index) -> int:
-        """Sign of the determinant, by :meth:`factors`: that of the pivots, turned by every exchange of two rows."""
+        """Sign of the determinant: of the pivots, turned by every exchange of rows.
+
+        Parameters
+        ----------
+        store, pivot : what :meth:`factors` returned
+        """
         owned = self.fronts.owned
         within = np.arange(len(self.order)) - np.repeat(self.fronts.first, owned)
         size = np.repeat(owned + self.edge_size, owned)
+        # a front keeps its own columns first, each of all its rows, ``size``: the diagonal is every size + 1
         diagonal = store[np.repeat(self._starts[1], owned) + within * (size + 1)]
         return int(np.sign(diagonal).prod()) * (-1) ** int((pivot != within).sum())
 

@@ -110,7 +110,7 @@ def monte_carlo(
     if stop is not None and instance("stop", stop, Stop) and scheme != "random":
         raise InputError('a stopping rule needs scheme="random": a Latin hypercube is one whole')
     choice("scheme", scheme, SCHEMES)
-    samples, seed = count("samples", samples), count("seed", seed, 0)
+    samples, seed = count("samples", samples), count("seed", seed, least=0)
     shares = latin_hypercube(len(names), samples, seed) if scheme == SCHEMES[0] else _independent(names, samples, seed)
     points = [{"sample": k, "shares": dict(zip(names, shares[k].tolist(), strict=True))} for k in range(samples)]
     drawn = RandomInputs(joints, blocks, ties, parameters, seed)
@@ -356,7 +356,7 @@ def sobol(
         raise InputError("Sobol indices are for values drawn per assembly; a field of values has no single index")
     if samples < 2 or samples & (samples - 1):  # Sobol points are even over the cube in powers of two alone
         raise InputError(f"samples must be a power of two, got {samples!r}")
-    d, seed = len(names), count("seed", seed, 0)
+    d, seed = len(names), count("seed", seed, least=0)
     both = qmc.Sobol(d=2 * d, seed=np.random.default_rng(seed)).random(samples)
     a, b = both[:, :d], both[:, d:]
     # Saltelli's scheme: sample A with one column at a time taken from B

@@ -128,6 +128,7 @@ class _Digest:
         """Add a value with parts to the hash, part by part: models, collections, paths, code, objects."""
         if isinstance(value, Blockwork):
             self.tag("assembly", value.fingerprint.digest)
+            # what the model's own fingerprint leaves out, and a stored result may still depend on
             labels = [*(i.joint.name for i in value.interfaces), *(t.name for t in value.ties)]
             labels += [b.material.name if b.material else "" for b in value.blocks]
             self.feed((value.recipe, value.contact_rules, labels))
@@ -145,7 +146,7 @@ class _Digest:
                 self.feed(item)
         elif isinstance(value, set | frozenset):
             self.tag("set", len(value))
-            for item in sorted(fingerprint(v) for v in value):
+            for item in sorted(self.alone(v) for v in value):
                 self.tag(item)
         elif isinstance(value, PurePath):
             self.tag("path", value)
@@ -165,6 +166,17 @@ class _Digest:
             self.feed(getattr(value, "__wrapped__", None) or value.py_func)  # cached, or compiled by numba
         else:
             self.feed_object(value)
+
+    def alone(self, member: Any) -> str:
+        """Hash of one member of a set, to sort by.
+
+        It knows what was fed before the set, so that what leads back ends. It knows no other member, as a set has no
+        order.
+        """
+        own = _Digest(self.state)
+        own.seen, own.open = dict(self.seen), set(self.open)
+        own.feed(member)
+        return own.made.hexdigest()
 
     def feed_attribute(self, owner: str, name: str, value: Any) -> None:
         """Add a value that a function or an object holds under a name.

@@ -109,7 +109,7 @@ def _chunk(function: Callable[..., Any], jobs: Sequence[Job]) -> _Done:
             return _Done(results, time.perf_counter() - begun, error)
         # a whole prediction is heavy to send between processes
         results.append((number, as_row(result) if isinstance(result, Prediction) else result))
-    return _Done(results, time.perf_counter() - begun, None)
+    return _Done(results, time.perf_counter() - begun, error=None)
 
 
 def as_row(result: Any) -> Mapping[str, Any]:

@@ -318,6 +318,25 @@ def test_every_kind_of_answer_reports_tabulates_and_suggests(kind):
     assert after <= before + 1e-12
 
 
+def test_a_withdrawn_explanation_is_neither_kept_nor_told_from_others():
+    twin = Cause("twin", "twin", 0.0, (0.0, 0.02), "the same", "measurement", pulled)
+    either = kinds()["either"].diagnose((*CAUSES, twin))
+    *left, gone = either.kept
+    found = dataclasses.replace(either, verdict=either.verdict.without([gone]))
+    assert found.kept == tuple(left)
+    assert {row["cause"]: row["kept"] for row in found.table()}[gone[0]] is False
+    assert found.state_of(gone) == "withdrawn, though it fits"
+    assert f"{gone[0]} is not rejected on all data together, but predicts groups" in found.report(checks=False)
+    pool = specimens()
+    for alone in ([gone], either.kept[1:]):
+        found = dataclasses.replace(either, verdict=either.verdict.without(alone))
+        tests = found.next_tests(pool, k=2)
+        assert {true for true, _ in tests.pairs} == {" + ".join(n) for n in found.kept}
+        assert all(n[0] not in tests.reason for n in alone)
+    assert found.kind == "cause"
+    assert tests.reason == f"to hold {found.causes[0]} against the others"
+
+
 def test_planning_needs_no_measured_values():
     made = study(noise=Noise.unknown())
     tests = made.plan(CAUSES, specimens(), k=3)

@@ -70,6 +70,17 @@ def test_a_parameter_that_one_specimen_feels_is_not_said_to_be_ignored():
 
 
 DATA = "specimen,measured,x\n-,-,m\na,1.2,0.2\nb,1.5,0.5\nc,1.7,0.7\nd,1.9,0.9\n"
+
+
+@pytest.mark.parametrize("noise", [Noise(0.04), "replicates", "unknown"])
+def test_degrees_of_freedom_beside_a_noise_that_has_its_own_or_none_are_refused(noise, tmp_path):
+    path = tmp_path / "tests.csv"
+    path.write_text(DATA)
+    options = {"model": lambda specimen, bend=0.0: 1.0 + bend, "causes": [BEND], "covariates": ["x"]}
+    with pytest.raises(InputError, match="dof"):
+        Study.from_table(path, **options, noise=noise, dof=3.0)
+
+
 MODEL = """
 from limitmason.diagnosis import Cause
 

@@ -11,9 +11,10 @@ import pytest
 
 from limitmason import comparison, experiments
 from limitmason.comparison import specimen
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotConverged
 from limitmason.experiments import Quantity, record, registry
 from limitmason.limit import limit_analysis
+from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
 
 FERRIS, MINHO, WALLETTE = "ferris-tin-loi-2001", "minho-dry-stone-2005-2009", "rondelet-wallette"
@@ -264,6 +265,21 @@ def test_minho_ranges_cover_what_the_sources_leave_open():
     assert " to " in comparison.as_text([row])
     (plain,) = comparison.run(ws)
     assert math.isnan(plain.low)
+
+
+def test_a_range_is_told_where_only_the_own_options_have_no_answer(monkeypatch):
+    asked = []
+
+    def first_fails(*model, **settings):
+        asked.append(model)
+        if len(asked) == 1:
+            raise NotConverged("not this one")
+        return predict(*model, **settings)
+
+    monkeypatch.setattr("limitmason.comparison.specimen.predict", first_fails)
+    (row,) = comparison.run(experiments.load(MINHO, "SW.100.1"), spread=True)
+    assert math.isnan(row.predicted)
+    assert row.low == pytest.approx(0.95 * row.high, rel=1e-3)
 
 
 def test_minho_negative_peaks_are_predicted_with_the_reversed_load(monkeypatch):

@@ -8,6 +8,7 @@ import pytest
 from thrust_lines import thinnest
 
 import mechanisms as me
+from limitmason.errors import NotApplicable
 from mechanisms.facade_rocking import rocking_terms
 from mechanisms.friction import edge_radii
 from mechanisms.optimum import ratio, smallest_ratio
@@ -212,6 +213,22 @@ def test_one_side_wall_is_half_of_a_wall_twice_as_long():
     two = me.horizontal_flexure(ROUND.changed(length=6.0))
     assert value(one) == pytest.approx(value(two), rel=1e-13)
     assert one.details["power"]["multiplier"] == pytest.approx(value(one), rel=1e-12)
+
+
+def test_flexure_takes_an_overload_on_a_part_of_the_top_as_spread_over_all_of_it():
+    for sides in (1, 2):
+        wall = ROUND.changed(side_walls=sides)
+        part = me.horizontal_flexure(wall.changed(overload=6.0, overload_length=1.0))
+        whole = me.horizontal_flexure(wall.changed(overload=2.0))
+        assert value(part) == pytest.approx(value(whole), rel=1e-13)
+        assert part.details["F_q"] == pytest.approx(whole.details["F_q"], rel=1e-13)
+        assert part.details["power"] == pytest.approx(whole.details["power"], rel=1e-12)
+        assert part.details["power"]["multiplier"] == pytest.approx(value(part), rel=1e-12)
+
+
+def test_power_of_flexure_needs_what_holds_the_triangles():
+    with pytest.raises(NotApplicable, match="side_walls must be 1 or 2"):
+        me.flexure_power(ROUND.changed(side_walls=0), hinge=10, tangent=0.5, torsion_radius=0.09)
 
 
 def test_section_4_2_true_pole_costs_up_to_twice_the_torsion():

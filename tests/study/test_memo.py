@@ -20,6 +20,7 @@ import dem
 import limitmason as lm
 from limitmason.errors import InputError
 from limitmason.study import Memo, fingerprint, sweep
+from limitmason.study.run_fingerprint import fingerprint_of_code
 
 JOINT = lm.Joint(33.0, normal_stiffness=1e10, shear_stiffness=5e9)
 
@@ -189,6 +190,26 @@ def test_what_has_no_content_is_refused_by_the_name_of_what_uses_it(tmp_path):
     with pytest.raises(TypeError, match="holds itself"):
         fingerprint(loop)
 
+
+
+def test_a_set_that_leads_back_to_what_holds_it_ends_and_counts_state_as_all_else_does():
+    def registered(text):
+        """A function that reads the set of functions in which it stands itself."""
+        own = made(text, H=set())
+        own.__globals__["H"].add(own)
+        return own
+
+    one, two = "def f(x): return len(H) * x", "def f(x): return len(H) + x"
+    assert fingerprint(registered(one)) == fingerprint(registered(one)) != fingerprint(registered(two))
+
+    def held(count):
+        """Fingerprints of a set whose only function holds a counter: of all that it holds, and of the code."""
+        members = frozenset({made("def f(x): return N.append(x)", N=[count])})
+        return fingerprint(members), fingerprint_of_code(members)
+
+    (all_1, code_1), (all_2, code_2) = held(1), held(2)
+    assert all_1 != all_2
+    assert code_1 == code_2
 
 
 def test_every_public_call_of_the_package_can_be_used_by_what_is_stored():

@@ -32,7 +32,7 @@ class Tally:
         self.draws += len(next(iter(drawn.values())))
 
     def least(self, name: str) -> float:
-        """Value from which a draw counts as having reached the observed one."""
+        """Value from which a draw has reached the observed one: that less rounding."""
         return self.observed[name] - 1e-9 * (1.0 + abs(self.observed[name]))
 
     def p(self, name: str) -> float:

@@ -79,7 +79,7 @@ def judge_again(
     carried = shares.correlation if shares.shares else None
     say("the verdict with the noise taken as unknown")
     chances = Draws.make([seed, n], n, design.inputs, noise, QUICK)
-    plain = judged(design, y, chances, False, carried)
+    plain = judged(design, y, chances, pairs=False, shared=carried)
     unknown = Noise.unknown()
     other = judged(
         design.with_noise(unknown), y, Draws.make([seed, n], n, design.inputs, unknown, QUICK), pairs, carried
@@ -90,13 +90,13 @@ def judge_again(
         reached(i / n, f"without specimen {i + 1} of {n}")
         kept = np.arange(n) != i
         left = None if carried is None else carried[np.ix_(kept, kept)]
-        dropped.append(judged(design.only(kept), y[kept], chances.columns(kept), False, left))
+        dropped.append(judged(design.only(kept), y[kept], chances.columns(kept), pairs=False, shared=left))
     hangs = tuple(i for i, answer in enumerate(dropped) if _other(plain, answer))
     shared: dict[str, CheckedVerdict] = {}
     if plain.kind != "none":  # what is shared makes no alarm where there is none without
         say("the verdict with noise that some tests share")
         for name, column in _unestimated(design.columns, shares).items():
-            shared[name] = judged(design, y, chances, False, assumed(column))
+            shared[name] = judged(design, y, chances, pairs=False, shared=assumed(column))
     return Checks(unknown_noise=other, dropped=tuple(dropped), hangs_on=hangs, shared=shared)
 
 

@@ -23,6 +23,7 @@ from limitmason.diagnosis.inference.verdict import Doubt, Rule, Tested, Verdict,
 GATE = ("gain", "shape", "scatter")  # any of them below its threshold is an alarm
 GATE_DRAWS = 699  # fewest: the critical gain is a quantile of them
 RIVALS = 4  # refitted to a draw at first, then twice as many more at a time
+TOLD = 0.05  # p below which the best trend is told, as a pointer and no alarm: the usual level
 AS_IF_KNOWN = 1e6  # degrees of freedom of a noise that is as good as known
 
 
@@ -66,12 +67,16 @@ class ConfidenceSet:
 
         The verdict is "none", "scatter", or "unexplained" so far. Scatter is said where it alone is too large: no cause
         takes more of it away than chance would (the guard), and no trend is seen.
+
+        Parameters
+        ----------
+        y : log measured values per row, in units of the noise, shape (n,)
         """
         null, singles = self.fitted(y)
         tally, critical = self._gated(null, singles)
         p = {name: tally.p(name) for name in tally.observed}
         trend = self.design.trends.best(null.residuals)
-        seen = trend if trend is not None and p["shape"] < 0.05 else None
+        seen = trend if trend is not None and p["shape"] < TOLD else None
         fired = {name for name in GATE if name in p and tally.rejected(name)}
         kind = VerdictKind.UNEXPLAINED
         if not fired:
@@ -96,6 +101,7 @@ class ConfidenceSet:
 
         Parameters
         ----------
+        y : log measured values per row, in units of the noise, shape (n,)
         unstated : circumstances of the tests that no column tells
 
         Notes
@@ -125,6 +131,7 @@ class ConfidenceSet:
 
         Parameters
         ----------
+        null : fit of the baseline to the data
         groups : 1 where two specimens are of one group, else 0, shape (n, n)
         """
         y, z, replicate = self.drawn((), null)
@@ -209,6 +216,7 @@ class ConfidenceSet:
 
         Parameters
         ----------
+        names, fit : the explanation, and its fit to the data
         base : log-likelihood of the baseline
         best : log-likelihood of the best explanation of its kind
         """
@@ -221,10 +229,12 @@ class ConfidenceSet:
     def _gated(self, null: BestFit, singles: Mapping[Names, BestFit]) -> tuple[Tally, float]:
         """Statistics of the gate among draws from the baseline, and the critical gain.
 
+        That is the gain of log-likelihood over the whole list that noise alone reaches with probability ``rule.gain``.
+
         Parameters
         ----------
-        null : fits of the baseline
-        singles : fits of every cause alone
+        null : fit of the baseline to the data
+        singles : fits of every cause alone to them
         """
         rule, shape = self.rule, self.design.trends.statistic(null.residuals)
         observed = self._statistics(null, list(singles.values()), np.ones(1), shape)
@@ -270,6 +280,7 @@ class ConfidenceSet:
         ----------
         null : fits of the baseline
         singles : fits of every cause alone
+        replicate : variance of the replicates over the stated one, of every data set, shape (b,)
         """
         best = np.max([f.loglik for f in singles], axis=0)
         out = {"gain": best - null.loglik, **self._residuals(null, replicate, shape)}
@@ -296,6 +307,11 @@ class ConfidenceSet:
 
         That is by a log-likelihood deficit, or by nominal tail probabilities of trend and scatter far below those of
         the bootstrap: ``rule.hopeless`` and ``rule.hopeless_tail``.
+
+        Parameters
+        ----------
+        fit : of the explanation to the data
+        deficit : log-likelihood below the best explanation of its kind
         """
         design, tail = self.design, self.rule.hopeless_tail
         if deficit >= self.rule.hopeless:
@@ -330,7 +346,9 @@ class ConfidenceSet:
 
         Parameters
         ----------
+        names, fit : the explanation, and its fit to the data
         observed : deficit of the data
+        rivals : explanations that it is held against
         """
         tally = Tally({"deficit": observed}, {"deficit": self.rule.deficit})
         if observed <= 0.0:  # the best itself: every draw reaches a deficit of 0
@@ -359,6 +377,11 @@ class ConfidenceSet:
         """Rivals that can pass for an explanation, nearest first, up to ``rule.far``.
 
         Their distance is 0.5 (loss / sd^2 + penalty) of the fit to what the explanation predicts exactly.
+
+        Parameters
+        ----------
+        names, fit : the explanation, and its fit to the data
+        rivals : explanations that may pass for it; itself is left out
         """
         design, others = self.design, [r for r in rivals if r != names]
         if not others:

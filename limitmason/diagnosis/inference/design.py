@@ -211,7 +211,7 @@ class Design:
     def noise_of(self, names: Names, fit: BestFit) -> float:
         """Noise about a fitted explanation in stated units: 1 where it is known."""
         squares = float((fit.residuals[0] ** 2).sum())
-        return float(np.sqrt(self.like.variance(squares, self.n, 1.0, len(names))))
+        return float(np.sqrt(self.like.variance(squares, self.n, spent=len(names))))
 
     def drawn(self, names: Names, fit: BestFit, draws: Draws, rows: slice) -> Drawn:
         """Values, measured inputs and replicate variances drawn from a fitted explanation."""

@@ -132,7 +132,8 @@ class Discrepancy:
             # what each bias takes off the sum of squares
             squares[rows] = sums
         replicate = np.broadcast_to(np.asarray(replicate, dtype=float), (len(y),))[:, None]
-        return like.loglik(np.maximum(whole - squares, 0.0), 0.0, float(self.n), replicate) - self.prices
+        left = np.maximum(whole - squares, 0.0)
+        return like.loglik(left, penalty=0.0, count=float(self.n), replicate=replicate) - self.prices
 
     def weighted(self, number: int, values: np.ndarray) -> np.ndarray:
         """(S + J J')^-1 of one bias times values, shape (n, ...)."""
@@ -199,7 +200,7 @@ def _factors(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarr
             continue
         if is_numeric(column):
             x = np.asarray(column, dtype=float)
-            if np.ptp(x) <= 1e-12 * np.abs(x).max():
+            if np.ptp(x) <= 1e-12 * np.abs(x).max():  # one value, but for rounding
                 continue
             x = ((x - x.mean()) / x.std())[:, None]
             parts.append(x)

@@ -39,6 +39,7 @@ def estimate(design: Design, tested: Tested, y: np.ndarray, draws: Draws) -> dic
 
     Parameters
     ----------
+    design : independent noise, and tables of the explanation
     tested : explanation with its fit
     y : whitened data, shape (n,)
     draws : standard errors
@@ -52,7 +53,7 @@ def estimate(design: Design, tested: Tested, y: np.ndarray, draws: Draws) -> dic
         low, high = _interval(design, grid, axis, y, size, float(tested.fit.loglik[0]), limit)
         cause = by_name[name]
         width = cause.bounds[1] - cause.bounds[0]
-        at_bound = any(abs(size - b) < 1e-6 * width for b in cause.sides)
+        at_bound = any(abs(size - b) < 1e-6 * width for b in cause.sides)  # but for rounding
         out[name] = Estimate(size, min(low, size), max(high, size), at_bound)
     return out
 
@@ -64,6 +65,7 @@ def _interval(
 
     Parameters
     ----------
+    design, grid : noise, and table of the explanation
     axis : of the size in the grid
     size, best : best size and its log-likelihood
     limit : root of twice the log-likelihood by which an end is worse, from :func:`_limit`

@@ -208,7 +208,7 @@ def _best_node(cells: Cells, data: Data) -> BestNode:
         loss = np.maximum((squares - 2.0 * (used * y) @ cells.nodes.T) + used @ (cells.nodes**2).T, 0.0)
         penalty = ((z[:, None, :] - cells["z"][None]) ** 2).sum(axis=-1)
         ranks = data.loglik(loss, penalty)
-        return BestNode(np.argmax(ranks, axis=1), None, ranks)
+        return BestNode(np.argmax(ranks, axis=1), products=None, ranks=ranks)
     # y F - |F|^2 / 2 ranks nodes as -|y - F|^2 / 2 does: |y|^2 is the same for all nodes of a data set
     known, rows = like.kind == "known", np.arange(len(y))
     products = cells.products(y, data.beside, known)
@@ -263,7 +263,9 @@ def _step(grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner:
 
     Parameters
     ----------
-    owner, column, inner : grid and node of every data set, (b,), and inner products that are known
+    grids, data : grids of as many axes, and the b data sets
+    owner, column : number of the grid of every data set, and of the node in it to step from, shape (b,)
+    inner : products of data and nodes that are known, an array per grid as in :class:`BestNode`; () where none are
     """
     known = data.like.kind == "known"
     at = StepData(
@@ -323,6 +325,7 @@ def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> No
 
     Parameters
     ----------
+    grids, data : grids of as many axes, and the b data sets
     owner : number of the grid of every data set, shape (b,)
     found : fits; its ``move`` is the step from the node along every axis in cells, from -0.5 to 0.5
     """

@@ -140,7 +140,7 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
     """
     weights = (folds[None, :] != np.arange(int(folds.max()) + 1)[:, None]).astype(float)
     fits = design.fit(names, np.broadcast_to(y, weights.shape), weights=weights)
-    variance = design.like.variance(fits.loss, weights.sum(axis=1), 1.0, len(names))
+    variance = design.like.variance(fits.loss, weights.sum(axis=1), spent=len(names))
     residual = fits.residuals[folds, np.arange(design.n)]
     return Unseen(design.like.log_score(residual, variance[folds]), residual, fits.loglik)
 

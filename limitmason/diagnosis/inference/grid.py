@@ -116,7 +116,7 @@ class Grid:
         """Values at a position along the leading axes, shape (the axes left ..., n)."""
         values = self.values
         for u in position:
-            values = _along(values, 0, np.array([u]))[0]
+            values = _along(values, axis=0, position=np.array([u]))[0]
         return values
 
     def sizes_at(self, position: np.ndarray) -> np.ndarray:

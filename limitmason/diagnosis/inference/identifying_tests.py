@@ -36,6 +36,7 @@ def equivalent_tests(
     for row, quantity in enumerate(quantities):
         rows.setdefault(quantity, []).append(row)
     best = {q: max(each, key=lambda row: reached(row, 1)) for q, each in rows.items()}
+    # less what rounding makes of equal sums
     target = max(reached(row, 1) for row in best.values()) - 1e-9
     if target <= sum(min(float(total.min()), cap) for total in sums):
         return {}  # the pairs are apart as they are

@@ -125,7 +125,7 @@ class Judge:
 
         Returns
         -------
-        rival, beyond, asked : name, log-likelihoods
+        rival, beyond, asked : its name; by how much the explanation is likelier [log]; how much is asked [log]
         """
         like, levers, rival, beyond, asked = self.design.like, rivals.levers(names), "", np.inf, LEVER
         if levers.along:
@@ -357,8 +357,7 @@ class Judge:
         enough = 0.5 * chdtri(1.0, PAIR_TAIL / max(len(self.design.causes) - 1, 1))
         if not better and self._second_gains(verdict, names, y) < enough - CLOSE:
             return replace(verdict, tried_pairs=bool(self.design.pair_names)), record
-        rejected = {**verdict.tested, names: replace(verdict.tested[names], kept=False)}
-        bare = replace(_left_structure(verdict, names), tested=rejected)
+        bare = _left_structure(verdict, names)
         both = self.beside_levers(decision.with_pairs(y, bare), y) if pairs else bare
         if both.pairs and not better:
             better = both.tested[both.pairs[0]].gain - verdict.tested[names].gain >= enough

@@ -13,6 +13,7 @@ from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances, reached_at
 
+_STREAM = 78  # second number of the seed: these draws are others than those of a verdict or a rehearsal
 LEAST = 3.0 + NINE_IN_TEN  # the gate's critical distance is near 3 for lists of 10 to 20 causes
 PER_CAUSE, ALL = 48, 480  # fewest data sets of each hidden cause, and of all
 APART = 2.1  # log-likelihood deficit that a rival reaches with p = 0.02 by chi-square with one degree of freedom
@@ -75,7 +76,7 @@ def leave_each_out(
     """
     names = [c.name for c in design.causes]
     count = max(PER_CAUSE, -(-ALL // len(names)))
-    chances = Draws.make([seed, 78, design.n], design.n, design.inputs, design.noise, count)
+    chances = Draws.make([seed, _STREAM, design.n], design.n, design.inputs, design.noise, count)
     ratio = known.scale / design.scale
     parts = [_planted(design, known, cause, chances, ratio) for cause in design.causes]
     # data sets, one a row: ``count`` of each planted cause
@@ -83,7 +84,7 @@ def leave_each_out(
     planted = np.repeat(np.arange(len(names)), count)
     replicate = np.tile(chances.replicate * float(np.mean(ratio)) ** 2, len(names))
     # every cause fitted to every data set: log-likelihood, whether it fits, and its lead on every model discrepancy
-    fits = design.fits(design.listed, y, None, replicate)
+    fits = design.fits(design.listed, y, replicate=replicate)
     gains, along = np.array([f.loglik for f in fits]), design.trends.along(y)
     good = np.array([_adequate(design, name, f, along) for name, f in zip(design.listed, fits, strict=True)])
     lead = excess(design.listed, fits, y, replicate)

@@ -115,7 +115,7 @@ class Noise:
         Raises
         ------
         InputError
-            Where no configuration was tested twice.
+            Where no configuration has two different values, and where labels and values differ in number.
 
         Notes
         -----

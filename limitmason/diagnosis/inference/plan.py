@@ -295,7 +295,7 @@ def apart(
     truths: Mapping[Names, Truth], rivals: Mapping[Names, tuple[Grid, Grid]],
     pairs: Sequence[tuple[Names, Names]],
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    """Distance d2 of every pair on the tested rows, and what each pool row adds.
+    """Squared distance d2 of every pair on tested rows, and what each pool row adds.
 
     Parameters
     ----------

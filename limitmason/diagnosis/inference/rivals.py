@@ -18,6 +18,7 @@ from limitmason.diagnosis.inference.trends import ROWS, is_numeric, one_of_each
 
 LEVERS = (3.0, 6.0, 12.0, 24.0)  # amplitudes of a lever with another dependence, in units of the noise
 DRIFT = "a drift with an order of tests that is not recorded"
+_UNFELT = 1e-9  # root mean square of an effect in units of the noise: less is rounding, no test feels the lever
 NEARLY = (0.8, 1.0, 1.25)  # of the fitted effect: mean of a drift
 
 
@@ -35,7 +36,7 @@ def dependences(columns: Mapping[str, Sequence], *, alone: bool = False) -> dict
         factors = []
         if is_numeric(column):
             x = np.asarray(column, dtype=float)
-            if np.ptp(x) <= 1e-12 * np.abs(x).max(initial=0.0):
+            if np.ptp(x) <= 1e-12 * np.abs(x).max(initial=0.0):  # one value, but for rounding
                 continue
             factors.append(np.column_stack([(x - x.mean()) / x.std(), np.ones(len(x))]))
             labels = list(x > np.median(x))
@@ -134,7 +135,7 @@ class Rivals:
         along, factors = [], []
         for name, effect in effects.items():
             size = float(np.sqrt(np.mean(effect**2)))
-            if size <= 1e-9:
+            if size <= _UNFELT:
                 continue
             for column, parts in ways.items():
                 for part in parts:
@@ -172,6 +173,7 @@ class Rivals:
 
         Parameters
         ----------
+        names : causes of the explanation
         effect : of the fitted explanation, in the coordinates of the design, shape (n,)
         y : one data set, shape (1, n)
         like : of the noise
@@ -220,6 +222,7 @@ class Rivals:
         ----------
         listed : names of every explanation
         fitted : its fits
+        y, replicate : whitened data sets, shape (b, n), and variance of their replicates over the stated one, (b,)
         """
         evidence = {own: self.of(names).evidence(y, self.design.like, replicate)
                     for own, names in {self.design.own(n): n for n in listed}.items()}
@@ -238,5 +241,6 @@ class Rivals:
     def structure(self, names: Names, fit: BestFit, replicate: float | np.ndarray = 1.0) -> np.ndarray:
         """Evidence of a discrepancy in the residuals of fits over none, shape (b,)."""
         like = self.design.like
-        plain = like.loglik((fit.residuals**2).sum(axis=1), 0.0, float(self.design.n), replicate)
+        squares, n = (fit.residuals**2).sum(axis=1), float(self.design.n)
+        plain = like.loglik(squares, penalty=0.0, count=n, replicate=replicate)
         return self.of(names).evidence(fit.residuals, like, replicate) - plain

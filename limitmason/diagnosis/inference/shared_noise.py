@@ -29,6 +29,7 @@ EVIDENCE = 2.7  # log-likelihood by which a share must improve an explanation: p
 LEAST = 0.1  # a smaller share is not carried (chosen, not derived)
 PLAUSIBLE = 0.5  # assumed where a share cannot be estimated (chosen, not derived)
 ALIKE = 4  # specimens in a group of like ones, where no group is recorded
+ROUNDING = 1e-9  # of shares and log-likelihoods: what is nearer counts as equal
 EVEN = 0.05  # standard deviation over mean of an effect that acts on all specimens alike
 
 
@@ -115,7 +116,7 @@ def estimated_shares(
         ]
         if min(evidence) < EVIDENCE:
             shares = none
-    kept = {k: v for k, v in shares.items() if v >= LEAST - 1e-9}
+    kept = {k: v for k, v in shares.items() if v >= LEAST - ROUNDING}
     carried = {name: blocks[name] @ blocks[name].T for name in kept}
     return Shares(kept, _correlation(design.n, kept, carried), tuple(shared))
 
@@ -186,10 +187,15 @@ class Components:
             inner, onto = products[1:, 1:], products[1:, 0]
             square -= float(onto @ np.linalg.solve(inner, onto))
             price += 0.5 * float(np.linalg.slogdet(inner)[1])
-        return price - float(self.design.like.loglik(square, 0.0, float(self.design.n)))
+        return price - float(self.design.like.loglik(square, penalty=0.0, count=float(self.design.n)))
 
     def likeliest(self, r: np.ndarray, along: np.ndarray) -> tuple[float, dict[str, float]]:
-        """Least cost and its shares, column after column until none changes."""
+        """Least cost and its shares, column after column until none changes.
+
+        Parameters
+        ----------
+        r, along : residuals, and directions in which they cost nothing, as :meth:`cost` takes them
+        """
         shares = dict.fromkeys(self.labels, 0.0)
         best = self.cost(shares, r, along)
         for _ in range(SWEEPS):
@@ -197,9 +203,9 @@ class Components:
             for name in self.labels:
                 room = MOST - sum(v for k, v in shares.items() if k != name)
                 for share in SHARES:
-                    if share <= room + 1e-9:
+                    if share <= room + ROUNDING:
                         value = self.cost({**shares, name: share}, r, along)
-                        if value < best - 1e-9:
+                        if value < best - ROUNDING:
                             best, shares = value, {**shares, name: share}
             if shares == before:
                 break

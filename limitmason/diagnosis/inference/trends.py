@@ -127,9 +127,10 @@ class Trends:
         if not self.trends:
             return np.ones((len(whole), 0)), k, free
         squares, ends = turned**2, np.cumsum([0, *(m.shape[1] for m in self._means)])
-        lost = {id(m): whole - squares[:, a:b].sum(axis=1)
-                for m, a, b in zip(self._means, ends, ends[1:], strict=False)}
-        total = np.array([lost[id(t.means)] for t in self.trends]).T
+        # squares about the means, by which set of means they are
+        about = {id(m): whole - squares[:, a:b].sum(axis=1)
+                 for m, a, b in zip(self._means, ends, ends[1:], strict=False)}
+        total = np.array([about[id(t.means)] for t in self.trends]).T
         along = np.add.reduceat(squares[:, ends[-1] :], self._starts[:-1], axis=1)
         return (along / k) / (np.maximum(total - along, 1e-12 * whole[:, None] + FLOOR) / free), k, free
 
@@ -184,8 +185,9 @@ def same(column: Sequence) -> np.ndarray:
 def _columns(column: Sequence) -> Iterator[tuple[str, np.ndarray]]:
     """Kind of every trend of one covariate, and the columns that span it, (n, k).
 
-    A number gives a line and, from three levels on, a parabola. Labels, and numbers of few levels that repeat, give a
-    column for each label but the first. Of more than two labels each that repeats is also held against all others.
+    A number gives a line and, from three levels on, a parabola. Labels that are few, two or at most a third of the
+    rows, give a column for each but the first; so do numbers of more than three levels, where these are as few. Of more
+    than two labels each that repeats is also held against all others. Many labels give no trend.
     """
     labels = [str(v) for v in column]
     if is_numeric(column):
@@ -210,7 +212,7 @@ def _columns(column: Sequence) -> Iterator[tuple[str, np.ndarray]]:
 def _orthonormal(columns: np.ndarray, means: np.ndarray) -> np.ndarray:
     """Orthonormal basis of columns, (n, k), less their part along ``means``, (n, m).
 
-    Directions with singular values below 1e-8 of the largest are rounding: columns that depend on each other.
+    Directions with singular values below 1e-8, or 1e-8 of the largest, are rounding: columns depend on each other.
     """
     rest = columns - means @ (means.T @ columns)
     u, s, _ = np.linalg.svd(rest, full_matrices=False)

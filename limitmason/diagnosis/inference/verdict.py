@@ -80,7 +80,7 @@ class Tested:
     Parameters
     ----------
     names : the cause or the pair
-    kept : whether it is not rejected
+    kept : whether it is neither rejected nor withdrawn
     sizes : fitted sizes
     z : refitted nuisance inputs in standard deviations
     gain : log-likelihood above the baseline
@@ -238,6 +238,7 @@ class Verdict:
     def without(self, names: Sequence[Names]) -> "Verdict":
         """The verdict after explanations are withdrawn; "unexplained" if none is left."""
         left = tuple(n for n in self.kept if n not in set(names))
+        tested = {n: replace(t, kept=False) if n in names else t for n, t in self.tested.items()}
         if not left:
             kind = VerdictKind.UNEXPLAINED
         elif self.pairs or self.kind == VerdictKind.BEHAVES_LIKE:
@@ -246,5 +247,5 @@ class Verdict:
             kind = VerdictKind.CAUSE if len(left) == 1 else VerdictKind.EITHER
         return replace(
             self, kind=kind, causes=left[0] if left and self.pairs else tuple(n[0] for n in left),
-            pairs=left if self.pairs else (), withdrawn=tuple(names),
+            pairs=left if self.pairs else (), tested=tested, withdrawn=tuple(names),
         )
