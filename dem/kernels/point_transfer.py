@@ -118,7 +118,7 @@ def _pressed(stiff: Array, deep: Array, by: float) -> tuple[float, float]:
 
 @kernel(fast=False)
 def _bears(law: Array, j: int, deep: float, damage: float, slip_1: float, slip_2: float) -> float:
-    """Largest elastic slip [m] of a point of joint j, by the strength that its damage leaves.
+    """Largest elastic slip of a point of joint j, with the strength left to it [m].
 
     Parameters
     ----------
@@ -140,7 +140,7 @@ def _bears(law: Array, j: int, deep: float, damage: float, slip_1: float, slip_2
 
 @kernel(fast=False, counted=True)
 def largest_elastic_slip(new: Points, cut: Joints, heirs: Heirs) -> Array:
-    """Largest elastic slip of points found anew, by Coulomb's law as they lie [m], shape (m,).
+    """Largest elastic slip that points found anew bear as they lie [m], shape (m,).
 
     ``new``, ``cut`` and ``heirs`` are as in :func:`keep_energy`.
     """

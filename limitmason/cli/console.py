@@ -100,7 +100,7 @@ def writable(text: str) -> Path:
 
 
 def in_a_folder(text: str) -> Path:
-    """A path of a file or a folder, in a folder that exists, checked before an analysis begins."""
+    """A path in a folder that exists, checked before an analysis begins."""
     path = Path(text)
     if not path.parent.is_dir():
         raise argparse.ArgumentTypeError(f"there is no folder {str(path.parent)!r}: make it first")
