@@ -107,7 +107,8 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
     Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. Where the new
     ones would store more, gaps widen: only points that are pressed are set back, and :func:`close_setbacks` takes it
     back as they open. Where they would store less, gaps of pressed points narrow in proportion to their depth. Shear
-    grows or falls in proportion, up to what Coulomb's law lets every point bear with what damage has left of it: a force on next to no area slides.
+    grows or falls in proportion, up to what Coulomb's law lets every point bear: a force on next to no area slides.
+    What damage has taken of the strength is not borne.
 
     Energy is lost where keeping it would press harder. On an area A an even force N stores N^2 / (2 kn A), so that with
     the same force a joint of which dA is gone holds dA / A more: who keeps the energy has a force sqrt(1 - dA / A) of
