@@ -324,10 +324,8 @@ class _Search:
             return None, kept
         key = key[kept]
         families = self.family.of_all(key)
-        gone = ~self.stays
-        inherit(
-            self.state, self.now, np.where(gone, self.code, -1), np.where(gone, self.group, -1), made, key, families
-        )
+        pair, family = (np.where(self.stays, -1, x) for x in (self.code, self.group))
+        inherit(self.state, self.now, pair, family, made, key, families)
         return made, families
 
     def allowances(self, code: Index, made: Fresh | None) -> tuple[Array, Array]:

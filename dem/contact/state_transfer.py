@@ -108,6 +108,7 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
     ones would store more, gaps widen: only points that are pressed are set back, and :func:`close_setbacks` takes it
     back as they open. Where they would store less, gaps of pressed points narrow in proportion to their depth. Shear
     grows or falls in proportion, up to what Coulomb's law lets every point bear: a force on next to no area slides.
+    What damage has taken of the strength is not borne.
 
     Energy is lost where keeping it would press harder. On an area A an even force N stores N^2 / (2 kn A), so that with
     the same force a joint of which dA is gone holds dA / A more: who keeps the energy has a force sqrt(1 - dA / A) of
@@ -156,7 +157,7 @@ def keep_pace(state: State, centroids: Array, made: Fresh) -> None:
     """
     joints, points, heirs, bodies = made.joints, made.points, made.heirs, state.bodies
     j = owners(joints)
-    law, place = joints.law[j], heirs.position
+    place = heirs.position
     way = np.zeros((len(j), 3))
     for block, sign in ((joints.block_a[j], -1.0), (joints.block_b[j], 1.0)):
         arm = place - centroids[block] - bodies.shift[block]
@@ -164,8 +165,7 @@ def keep_pace(state: State, centroids: Array, made: Fresh) -> None:
     way = np.einsum("pci,pi->pc", heirs.world[j, :2], way)
     slip = np.column_stack([points.slip_1, points.slip_2])
     borne = slip - heirs.aside
-    pressed = np.maximum(points.lift - points.gap - heirs.apart, 0.0)
-    most = (law[:, LAW.cohesion] + law[:, LAW.tan_phi] * law[:, LAW.kn] * pressed) / law[:, LAW.ks]
+    most = kernels.largest_elastic_slip(points, joints, heirs)
     slides = (np.linalg.norm(borne, axis=1) > SLIDES * most) & (np.linalg.norm(borne - way, axis=1) > most)
     slip -= slides[:, None] * way
     points.slip_1[:], points.slip_2[:] = slip.T

@@ -138,15 +138,7 @@ class BlockStructure(DrivenStructure):
         super().check(file, same)
 
     def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> StageRun:
-        """Run of a copy along a path, from its start or from where a file says that it stood.
-
-        Parameters
-        ----------
-        path : turning points of the displacement [m]
-        steps : of the whole path
-        same : digests by name of what a file of this run must have in common with it
-        file : where it stood; None begins it
-        """
+        """Run of a copy along a path, with arguments as for :meth:`DrivenStructure.begun`."""
         chosen, stages = self.chosen, _stages(self.move, path, steps)
         if file is not None:
             return taken_up(History.load(file, self.assembly), stages)

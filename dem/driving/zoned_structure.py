@@ -292,15 +292,7 @@ class ZonedStructure(DrivenStructure):
         return f"the structure does not settle under its dead loads ({force}): it falls before it is driven"
 
     def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> ZonedRun:
-        """Run of a copy along a path, from its start or from where a file says that it stood.
-
-        Parameters
-        ----------
-        path : turning points of the displacement [m]
-        steps : of the whole path
-        same : digests by name of what a file of this run must have in common with it
-        file : where it stood; None begins it
-        """
+        """Run of a copy along a path, with arguments as for :meth:`DrivenStructure.begun`."""
         run = ZonedRun(self.model.copy(), self.twist, self.hold, path, steps, self.chosen.samples)
         run.same = dict(same)
         if file is not None:

@@ -63,7 +63,7 @@ from dem.kernels.measure import measure
 from dem.kernels.outlines import SolidArrays, find_ends
 from dem.kernels.pieces import Meetings, NearPairs, PieceArrays, face_planes, place_pieces, relative_motion
 from dem.kernels.pivots import OF_A, OF_B, OF_BOTH, ON_A, UNKNOWN, bearing_ends
-from dem.kernels.point_transfer import Heirs, Testators, inherit, keep_energy
+from dem.kernels.point_transfer import Heirs, Testators, inherit, keep_energy, largest_elastic_slip
 from dem.kernels.rotations import rotation_of
 from dem.kernels.spring_stiffness import add_springs
 from dem.kernels.stepping import advance
@@ -77,6 +77,6 @@ __all__ = [
     "Carrying", "Cut", "Heirs", "Joints", "Meetings", "NearPairs", "PieceArrays", "Points", "Poses", "RigidBodies",
     "Scheme", "SolidArrays", "Team", "Testators", "Ties", "add_springs", "add_tie_forces", "advance", "bearing_ends",
     "contact_shapes", "contact_wrenches", "cut_joints", "face_planes", "faces_that_go_on", "facing_interface",
-    "find_ends", "inherit", "keep_energy", "measure", "place_pieces", "relative_motion", "rotation_of",
-    "threads_allowed",
+    "find_ends", "inherit", "keep_energy", "largest_elastic_slip", "measure", "place_pieces", "relative_motion",
+    "rotation_of", "threads_allowed",
 ]

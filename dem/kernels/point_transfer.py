@@ -11,6 +11,8 @@ import numpy as np
 from dem.kernels.arrays import LAW, Array, Index, Joints, Points
 from dem.kernels.compiled import kernel
 from dem.kernels.contact_geometry import CROSSING
+from dem.kernels.joint_law import tension
+from dem.kernels.joint_strength import peak_of, plain_peak_of, softening_of, strength_of
 from dem.kernels.pivots import extremes
 
 HARDER = 1.05
@@ -112,6 +114,42 @@ def _pressed(stiff: Array, deep: Array, by: float) -> tuple[float, float]:
         energy += stiff[k] * left * left
         force += 2.0 * stiff[k] * left
     return energy, force
+
+
+@kernel(fast=False)
+def _bears(law: Array, j: int, deep: float, damage: float, slip_1: float, slip_2: float) -> float:
+    """Largest elastic slip of a point of joint j, with the strength left to it [m].
+
+    Parameters
+    ----------
+    law : rows of all joints, shape (k, LAW_SIZE)
+    j : number of the joint
+    deep : depth of the point, negative where it is open [m]
+    damage : 0 at the peak, 1 at residual values [-]
+    slip_1, slip_2 : plastic slip, on which added terms may depend [m]
+    """
+    softening = softening_of(law, j)
+    if law[j, LAW.cross] != 0.0:  # edges that cross take no added terms
+        mu, _, c, ft = strength_of(plain_peak_of(law, j), softening, damage, slip_1, slip_2)
+    else:
+        mu, _, c, ft = strength_of(peak_of(law, j), softening, damage, slip_1, slip_2)
+    kn = law[j, LAW.kn]
+    n = min(tension(kn * deep, ft, ft + damage * softening.secant), kn * law[j, LAW.crushing])
+    return max(c + mu * n, 0.0) / law[j, LAW.ks]
+
+
+@kernel(fast=False, counted=True)
+def largest_elastic_slip(new: Points, cut: Joints, heirs: Heirs) -> Array:
+    """Largest elastic slip that points found anew bear as they lie [m], shape (m,).
+
+    ``new``, ``cut`` and ``heirs`` are as in :func:`keep_energy`.
+    """
+    most = np.empty(len(new.gap))
+    for j in range(len(cut.block_a)):
+        for k in range(cut.start[j], cut.start[j + 1]):
+            deep = new.lift[k] - new.gap[k] - heirs.apart[k]
+            most[k] = _bears(cut.law, j, deep, new.damage[k], new.slip_1[k], new.slip_2[k])
+    return most
 
 
 @kernel(fast=False)
@@ -235,8 +273,9 @@ def keep_energy(
             for k in range(cut.start[j], cut.start[j + 1]):
                 heirs.setback[k] = setback[at]
                 new.gap[k] += setback[at]
-                pressed = cut.law[j, LAW.kn] * max(deep[at] - setback[at], 0.0)
-                most[at] = (cut.law[j, LAW.cohesion] + cut.law[j, LAW.tan_phi] * pressed) / cut.law[j, LAW.ks]
+                most[at] = _bears(
+                    cut.law, j, deep[at] - setback[at], new.damage[k], new.slip_1[k], new.slip_2[k]
+                )
                 stiff[at] = 0.5 * cut.law[j, LAW.ks] * new.area[k]
                 along[at] = np.hypot(new.slip_1[k] - heirs.aside[k, 0], new.slip_2[k] - heirs.aside[k, 1])
                 at += 1

@@ -169,7 +169,7 @@ def initial_state(
     stiffness *= moves[:, None] & moves
     safety = SAFETY if safety is None else safety
     start = Start.of(assembly, stress, plane) if blocks == SIMPLY_DEFORMABLE else None
-    if start is not None and (rigid := int(free.sum()) - len(start.stiffness)):
+    if start is not None and (rigid := int(free.sum()) - len(start.shapes)):
         warnings = (*warnings, f"{rigid} of {int(free.sum())} free blocks have no material and stay rigid")
     warnings += soft_block_warnings(assembly, laws[:, kernels.LAW.kn], blocks)
     deformation: StrainShapes | None = None

@@ -14,7 +14,7 @@ from dem.kernels import LAW, BlockModes, Joints, Points
 from dem.model.stable_step import largest_squares, owners, springs_of_blocks
 from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import choice
-from limitmason.deformable import SOLID, STATES, simply_deformable_blocks
+from limitmason.deformable import SOLID, STATES, Body, simply_deformable_blocks
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.deformable.shapes import products
 from limitmason.errors import InputError
@@ -199,12 +199,10 @@ def sides(deformation: StrainShapes, points: Points, joints: Joints) -> tuple[Ar
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Shapes of an assembly in a state of stress, with their matrices, before a run chooses its coordinates."""
+    """Shapes of an assembly in a state of stress, of the blocks that deform, before a run chooses its coordinates."""
 
     deformation: StrainShapes
-    stiffness: dict[int, Array]
-    mass: dict[int, Array]
-    gradient: dict[int, Array]
+    shapes: dict[int, Body]
 
     @classmethod
     def of(cls, assembly: Assembly, stress: str, plane: Plane | None) -> "Start":
@@ -224,23 +222,19 @@ class Start:
         """
         if (stress != SOLID) != (plane is not None):
             raise InputError(f"stress={stress!r} does not go with a problem {'in a plane' if plane else 'in space'}")
-        shapes = simply_deformable_blocks(assembly, stress, None if plane is None else plane.normal)
-        n, m = len(shapes), max(x.count for x in shapes if x is not None)
-        powers = next(x.powers for x in shapes if x is not None)  # of the polynomials, the same for all blocks
+        every = simply_deformable_blocks(assembly, stress, None if plane is None else plane.normal)
+        shapes = {i: x for i, x in enumerate(every) if x is not None}
+        n, m = len(every), max(x.count for x in shapes.values())
+        powers = next(iter(shapes.values())).powers  # of the polynomials, the same for all blocks
         out = StrainShapes(
             coefficients=np.zeros((n, m, 3, len(powers))), axes=np.tile(np.eye(3), (n, 1, 1)), half=np.ones((n, 3)),
             powers=powers, mean=np.zeros((n, m, 3, 3)), gradient=np.zeros((n, m, 3, 3, 3)), reach=np.zeros((n, m)),
             normal=np.zeros(3) if plane is None else plane.normal.copy(), state=stress,
         )
-        for i, shape in enumerate(shapes):
-            if shape is not None:
-                out.coefficients[i], out.axes[i], out.half[i] = shape.coefficients, shape.axes, shape.half
-                out.mean[i], out.gradient[i] = shape.linear_stress(assembly.blocks[i])
-        deforming = {i: x for i, x in enumerate(shapes) if x is not None}
-        return cls(
-            out, {i: x.stiffness for i, x in deforming.items()}, {i: x.mass for i, x in deforming.items()},
-            {i: x.mean_gradient for i, x in deforming.items()},
-        )
+        for i, shape in shapes.items():
+            out.coefficients[i], out.axes[i], out.half[i] = shape.coefficients, shape.axes, shape.half
+            out.mean[i], out.gradient[i] = shape.linear_stress(assembly.blocks[i])
+        return cls(out, shapes)
 
     def modes(
         self, assembly: Assembly, points: Points, joints: Joints, coupled: Array | None, axes: Array
@@ -257,16 +251,17 @@ class Start:
         n, m = d.reach.shape
         stiffness, inv_mass, gradient = np.zeros((n, m)), np.zeros((n, m)), np.zeros((n, m, 3, 3))
         new = replace(d, coefficients=d.coefficients.copy(), mean=d.mean.copy(), gradient=d.gradient.copy())
-        for i, k in self.stiffness.items():
+        for i, shape in self.shapes.items():
+            k = shape.stiffness
             # mass of the modes: their own, or what the stable step asks for
-            value, basis = eigh(k, self.mass[i] if coupled is None else k + 2.0 * coupled[i, 6:, 6:])
+            value, basis = eigh(k, shape.mass if coupled is None else k + 2.0 * coupled[i, 6:, 6:])
             x = assembly.blocks[i].vertices - assembly.centroids[i]
             corners = d.displacement(np.full(len(x), i), x).transpose(0, 2, 1) @ axes[i].T
             value, basis = _told_apart(value, basis, corners)
             stiffness[i], inv_mass[i] = np.maximum(value, 0.0), 1.0
             for array in (new.coefficients, new.mean, new.gradient):
                 array[i] = np.tensordot(basis.T, array[i], axes=1)
-            gradient[i] = np.tensordot(basis.T, self.gradient[i], axes=1)
+            gradient[i] = np.tensordot(basis.T, shape.mean_gradient, axes=1)
             new.reach[i] = np.linalg.norm(new.displacement(np.full(len(x), i), x), axis=1).max(axis=0)
         zero = np.zeros((n, m))
         modes = BlockModes(

@@ -26,7 +26,7 @@ from limitmason.answers.references import data_behind
 from limitmason.arrays import Array, Index
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
-from limitmason.geometry.rotation import rotation_vectors
+from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.model import Assembly
 from limitmason.model.relaid import of_kind
 from limitmason.model.stages import Damping
@@ -319,10 +319,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         out = []
         for k, block in enumerate(self.assembly.blocks):
             i = self._column(k)
-            # turn of a unit quaternion (s, v): 1 + 2 s [v] + 2 [v]^2, [v] the matrix of v x
-            s, x, y, z = self.quaternion[sample, i]
-            skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-            turn = np.eye(3) + 2.0 * s * skew + 2.0 * skew @ skew
+            turn = rotation_matrices(rotation_vectors(self.quaternion[sample, i]))
             centre = self.assembly.centroids[k]
             out.append((block.vertices - centre) @ turn.T + centre + self.shift[sample, i])
         return out

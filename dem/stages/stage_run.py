@@ -302,10 +302,9 @@ class StageRun:
         state, at, stage = self.rec.state, self.at, self.stage
         speeds = np.ones((count, len(self.drives) - len(self.servos)))
         if isinstance(stage, BaseMotion):
-            # the velocity of a step is that of its middle
-            elapsed = state.time - at.begun
-            times = np.asarray(elapsed + (np.arange(1, count + 1) - 0.5) * state.dt, dtype=np.float64)
-            speeds[:, self.own :] = stage.velocity(times)
+            # the mean velocity of every step: the ground is where the record has it when the step ends
+            times = np.asarray(state.time - at.begun + np.arange(count + 1) * state.dt, dtype=np.float64)
+            speeds[:, self.own :] = np.diff(stage.displacement(times), axis=0) / state.dt
         elif isinstance(stage, Drive) and self.steps is not None:
             # new contacts may have shortened the step since the stage began
             speeds[:, self.own] = 0.0 if waits else at.dt / state.dt

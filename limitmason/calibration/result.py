@@ -28,14 +28,11 @@ from limitmason.study.workers import run_points
 WIDE = 5.0
 """A fitted parameter that a diagnosis may refit is known to so many of its deviations: the data count twice by 4 %."""
 
-
 LEVELS = 9
 """Most sizes of a cause at which a diagnosis of the residuals runs the models: few, as for models that are slow."""
 
-
 MOST_REFITTED = 3
 """More parameters than these are not refitted unasked: every one multiplies the runs of a diagnosis by three."""
-
 
 _LOOSE: Mapping[tuple[str, ...], str] = {("below",): "NOT from below", ("above",): "NOT from above"}
 """How a table calls a parameter that the data leave open on one side alone."""
@@ -236,10 +233,9 @@ class Fit(ReadOnly):
                 y[k] = np.clip(x[k] + move, objective.scale.low[k], objective.scale.high[k])
                 points.append(y)
             width.append(points[-2][k] - points[-1][k])
-        jobs = []
-        for number, y in enumerate(points):
-            every = objective.runs.ties(objective.scale.values(y))
-            jobs.append((number, {"model": other, "parameters": {n: float(every[n]) for n in takes}}))
+        tried = (objective.runs.ties(objective.scale.values(y)) for y in points)
+        jobs = [(number, {"model": other, "parameters": {n: float(every[n]) for n in takes}})
+                for number, every in enumerate(tried)]
         found = dict(run_points(numbers_of, jobs, objective.runs.executor, objective.runs.workers))
         names = list(found[0])
         if not names:
@@ -343,8 +339,7 @@ class Fit(ReadOnly):
             lines.append(f"error on what was left out ({by} by {by}): {self.left_out.error:.1%}")
         n, p = self.objective.n, len(self.objective.scale)
         lines.append(f"misfit {self.misfit:.3g} of {n} numbers with {p} parameters")
-        head = ["parameter", "unit", "value", f"{self.level:.0%} interval", "deviation", "identified"]
-        table = [head]
+        table = [["parameter", "unit", "value", f"{self.level:.0%} interval", "deviation", "identified"]]
         interval = self.interval if self.ends is not None else {}
         for k, own in enumerate(self.objective.scale.parameters):
             ends = "-"

@@ -96,6 +96,12 @@ def writable(text: str) -> Path:
     path = Path(text)
     if path.is_dir():
         raise argparse.ArgumentTypeError(f"{text!r} is a folder: name a file")
+    return in_a_folder(text)
+
+
+def in_a_folder(text: str) -> Path:
+    """A path in a folder that exists, checked before an analysis begins."""
+    path = Path(text)
     if not path.parent.is_dir():
         raise argparse.ArgumentTypeError(f"there is no folder {str(path.parent)!r}: make it first")
     return path

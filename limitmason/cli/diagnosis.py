@@ -48,8 +48,8 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     asked.add_argument("data", nargs="?", type=Path, metavar="DATA", help="CSV file or folder; see above")
     asked.add_argument("--model", metavar="NAME", help="packaged series, or module:function, or file.py:function")
     asked.add_argument("--predicted", metavar="COLUMN", help="column with predictions; default: 'predicted'")
-    asked.add_argument("--template", type=Path, metavar="FILE", help="write a data file to start from (with --model "
-                       "SERIES that series) and stop")
+    asked.add_argument("--template", type=console.in_a_folder, metavar="FILE", help="write a data file to start from "
+                       "(with --model SERIES that series) and stop")
     asked.add_argument("--out", type=Path, metavar="DIR", help="default: diagnosis")
     asked.add_argument("--title", help="of the report; default: the file's name")
     table = asked.add_argument_group("columns")

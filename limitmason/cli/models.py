@@ -53,7 +53,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     console.drawing_options(view)
 
     template = console.command(commands, "template", _template, help="write a small model file, or a drawing, to edit")
-    template.add_argument("file", type=Path, help="a model (.json), or a drawing in millimetres (.svg)")
+    template.add_argument("file", type=console.writable, help="a model (.json), or a drawing in millimetres (.svg)")
     template.add_argument("--arch", action="store_true", help="the arch of a bridge instead of a wall")
 
 

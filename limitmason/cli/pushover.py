@@ -76,8 +76,7 @@ def _push(options: argparse.Namespace) -> int:
     )
     console.show_text(str(curve))
     if options.csv:
-        units, rows = curve.tabulated()
-        write_table(options.csv, units, ([f"{v:.9g}" for v in row] for row in rows))
+        write_table(options.csv, *curve.tabulated())
         console.say(f"wrote {options.csv}")
     if options.figure or options.cracks:
         _draw(options, curve, test, title)

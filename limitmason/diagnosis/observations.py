@@ -88,8 +88,7 @@ class Observation:
     counted: tuple[int, float] | None = None
 
     def __post_init__(self) -> None:
-        known = (*EvidenceKind, "")
-        choice(f"{self._called}: kind", self.kind, known)
+        choice(f"{self._called}: kind", self.kind, (*EvidenceKind, ""))
         choice(f"{self._called}: link", self.link, ("log", "identity", SEEN, ""))
         guessed = next((k for k, words in KIND_OF.items() if _begins(self.quantity, words)), EvidenceKind.FORCE)
         object.__setattr__(self, "kind", EvidenceKind(self.kind or guessed))

@@ -62,7 +62,7 @@ def contact_report(
         Axes in metres with equal aspect; ``savefig`` writes PNG, PDF or SVG.
     """
     instance("model", model, Assembly)
-    report = model.contact_report() if report is None else report
+    report = model.contact_report() if report is None else instance("report", report, ContactReport)
     canvas = Canvas(model, view, ax, viewpoint_deg=viewpoint_deg)
     page, plane, axes, width = canvas.page, canvas.plane, canvas.axes, canvas.width
     loose = np.array([b.name in set(report.floating) for b in model.blocks])

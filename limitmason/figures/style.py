@@ -264,11 +264,7 @@ class Page:
         ax = self.ax
         across = self.figure.get_size_inches()[0] * ax.get_position().width
         lines = textwrap.wrap(text, max(int(across / _LETTER), 24)) if text else []
-        if lines:
-            ax.annotate("\n".join(lines), (0.0, 1.0), (0.0, 4.0), xycoords="axes fraction", textcoords="offset points",
-                        fontsize=_SMALL, color=FAINT, va="bottom", linespacing=1.3, gid="caption")
-        if title:
-            ax.set_title(title, loc="left", fontweight="bold", pad=7.0 + 10.0 * len(lines))
+        _above(ax, title, lines)
         if handles:
             columns, _ = legend_shape(handles, across)
             below = -0.18 if self.framed else -0.02  # under the numbers of the axis, where it has them
@@ -328,17 +324,18 @@ def frame(ax: Axes, title: str | None, caption: str = "") -> None:
     """Ticks of a diagram, and title and caption above it, at offsets in points."""
     ax.tick_params(labelsize=_SMALL, width=0.5, length=2.5, colors=FAINT)
     ax.spines[:].set_linewidth(0.5)
-    page: Any = ax.figure  # a figure, or a part of one that knows its figure
-    wide = float(getattr(page, "figure", page).get_size_inches()[0])
+    wide = float(figure_of(ax).get_size_inches()[0])
     caption = "\n".join(wrapped(line, wide - 0.9) for line in caption.split("\n"))  # 0.9 in: margins of the diagram
-    if caption:
-        ax.annotate(
-            caption, (0.0, 1.0), (0.0, 5.0), xycoords="axes fraction", textcoords="offset points", gid="caption",
-            fontsize=_SMALL, color=FAINT, va="bottom", linespacing=1.3,
-        )
+    _above(ax, title, caption.splitlines())
+
+
+def _above(ax: Axes, title: str | None, lines: list[str]) -> None:
+    """A title and the lines of a caption above a diagram, at offsets in points."""
+    if lines:
+        ax.annotate("\n".join(lines), (0.0, 1.0), (0.0, 5.0), xycoords="axes fraction", textcoords="offset points",
+                    fontsize=_SMALL, color=FAINT, va="bottom", linespacing=1.3, gid="caption")
     if title:
-        lines = caption.count("\n") + 1 if caption else 0
-        ax.set_title(title, loc="left", fontweight="bold", pad=8.0 + 11.0 * lines)
+        ax.set_title(title, loc="left", fontweight="bold", pad=8.0 + 11.0 * len(lines))
 
 
 def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
@@ -346,9 +343,8 @@ def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel(f"{names[0]} [m]", color=FAINT)
     ax.set_ylabel(f"{names[1]} [m]", color=FAINT)
-    ax.tick_params(labelsize=_SMALL, width=0.5, length=2.5, colors=FAINT)
     ax.locator_params(axis="both", nbins=6, steps=[1, 2, 5, 10])
-    ax.spines[:].set_linewidth(0.5)
+    frame(ax, None)
 
 
 def pale(colour: str, share: float = 0.42) -> tuple[float, float, float]:
@@ -397,7 +393,6 @@ def prediction_text(prediction: Any) -> str:
     if prediction.status != "solved":
         parts.append(f"status: {prediction.status}")
     return " · ".join(p for p in parts if p)
-
 
 
 def wrapped(text: str, width: float) -> str:

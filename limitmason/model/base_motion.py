@@ -190,22 +190,26 @@ class BaseMotion(Displayed, Stage):
         return {"history": columns, "names": names, "against": "time", "units": {"time": "s"},
                 "ylabel": "acceleration of the ground [g]"}
 
-    def velocity(self, times: Array) -> Array:
-        """Ground velocity at times since the stage began [m/s], shape (t, c).
+    def displacement(self, times: Array) -> Array:
+        """Ground displacement since the stage began [m], shape (t, c).
 
-        It is the exact integral of the piecewise linear record, and stays as it is after the record.
+        It is the exact second integral of the piecewise linear record. After the record the ground goes on at its last
+        velocity.
 
         Parameters
         ----------
-        times : [s], shape (t,)
+        times : since the stage began [s], shape (t,)
         """
         a, h = self._components, self.sample_step
-        # velocities at the samples
-        nodes = np.concatenate([np.zeros((1, a.shape[1])), np.cumsum(0.5 * h * (a[1:] + a[:-1]), axis=0)])
-        # sample before each time, and the time since then
+        start = np.zeros((1, a.shape[1]))
+        # velocities and displacements at the samples
+        v = np.concatenate([start, np.cumsum(0.5 * h * (a[1:] + a[:-1]), axis=0)])
+        u = np.concatenate([start, np.cumsum(h * v[:-1] + h * h * (2.0 * a[:-1] + a[1:]) / 6.0, axis=0)])
+        # sample before each time, the time since then, and that since the end of the record
         k = np.clip((times / h).astype(int), 0, len(a) - 2)
         r = np.clip(times - k * h, 0.0, h)[:, None]
-        return nodes[k] + a[k] * r + 0.5 * (a[k + 1] - a[k]) / h * r * r
+        late = np.maximum(times - (len(a) - 1) * h, 0.0)[:, None]
+        return u[k] + v[k] * r + 0.5 * a[k] * r**2 + (a[k + 1] - a[k]) / (6.0 * h) * r**3 + v[-1] * late
 
 
 def _read_columns(

@@ -28,6 +28,11 @@ class Unloading(StrEnum):
 
 
 _COEFFICIENTS = ("friction_coefficient", "friction", "coefficient", "mu")
+_SYMBOLS = {
+    "phi": "friction_angle_deg", "psi": "dilatancy_angle_deg", "c": "cohesion", "ft": "tensile_strength",
+    "tension": "tensile_strength", "fc": "compressive_strength", "compression": "compressive_strength",
+    "kn": "normal_stiffness", "ks": "shear_stiffness",
+}
 _CHOICES: dict[str, type[StrEnum]] = {"lost_by": LostBy, "unloading": Unloading}
 
 
@@ -95,7 +100,7 @@ class Joint:
         """
         known = [f.name for f in fields(cls)]
         for name in sorted(given.keys() - set(known)):
-            near = get_close_matches(name, known, n=1) or [f"one of {', '.join(known)}"]
+            near = get_close_matches(_SYMBOLS.get(name, name), known, n=1) or [f"one of {', '.join(known)}"]
             if name in _COEFFICIENTS and isinstance(given[name], int | float):
                 near = [f"friction_angle_deg={math.degrees(math.atan(given[name])):.4g}"]
             raise InputError(f"a joint has no field {name!r}: write {near[0]}")

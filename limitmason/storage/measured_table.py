@@ -172,6 +172,8 @@ def write_measured(
 ) -> None:
     """Write a table that :func:`read_measured` reads.
 
+    Numbers have ten digits: more than was ever measured, and none that only a change of units has made.
+
     Parameters
     ----------
     path : of the file, which must not be there yet: it may be somebody's work

@@ -79,8 +79,7 @@ class Table(Displayed, Tabular):
 
         ``pandas.read_csv(path, comment="#")`` reads it.
         """
-        units, rows = self.tabulated()
-        write_table(path, units, ([repr(float(v)) if isinstance(v, float) else v for v in row] for row in rows))
+        write_table(path, *self.tabulated())
 
     def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:
         """Columns with their units, and the rows; None where a row has no such column."""

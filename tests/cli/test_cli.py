@@ -267,6 +267,19 @@ def test_a_session_does_what_the_command_does(tmp_path, capsys):
     assert lm.figures.predicted_beside_references(rows).axes
 
 
+@pytest.mark.parametrize("command", [
+    ("template", "none/wall.json"), ("template", "none/wall.svg"), ("diagnose", "--template", "none/data.csv"),
+    ("diagnose", "--template", "none/data"), ("solve", "wall.json", "--output", "none/answer.json"),
+    ("solve", "wall.json", "--figure", "none/wall.png"),
+])
+def test_a_file_in_a_folder_that_is_not_there_is_refused_by_name(command, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit):
+        cli.main(list(command))
+    assert "there is no folder 'none': make it first" in capsys.readouterr().err
+    assert not (tmp_path / "none").exists()
+
+
 def test_a_drawing_is_an_assembly(tmp_path):
     import limitmason as lm
 

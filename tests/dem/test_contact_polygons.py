@@ -160,3 +160,35 @@ def test_the_pull_of_a_bonded_joint_is_no_shear_of_the_one_that_takes_over():
     assert state.measured(pair).force.sum(axis=0) == pytest.approx([-ks * 0.04 * aside, 0.0, -kn * 0.04 * apart])
     _, slip = heir_of(pair, state, [(-0.1, -0.1), (-0.1, 0.1), (0.1, 0.1), (0.1, -0.1)], apart)
     assert np.linalg.norm(slip, axis=1) == pytest.approx(aside, rel=1e-9)
+
+
+def test_a_damaged_joint_takes_over_no_more_shear_than_its_residual_friction_bears():
+    # what is above the residual cone would be booked twice: as lost where the joint is cut, and as friction afterwards
+    kn, depth, residual = 1e8, 1e-5, 10.0
+    joint = lm.Joint(40.0, residual_friction_angle_deg=residual, normal_stiffness=kn, shear_stiffness=kn)
+    blocks = [box((-1, -1, -1), (1, 1, 0)), box((-0.1, -0.1, 0), (0.1, 0.1, 0.2))]
+    pair = lm.Assembly.from_polyhedra(blocks, joint=joint, fixed=[0])
+    state = dem.initial_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
+    state.bodies.shift[1] = 3e-5, 0.0, -depth
+    state.points.damage[:] = 1.0
+    mu = np.tan(np.deg2rad(residual))
+    assert -state.measured(pair).force[:, 0].sum() == pytest.approx(mu * kn * depth * 0.04, rel=1e-9)
+    for contact in (FACES, CROSSING):
+        state.contact[:] = contact
+        new, slip = heir_of(pair, state, [(0, 0), (0, 0.1), (1e-4, 0.1), (1e-4, 0)], -depth)
+        assert (new.points.damage == 1.0).all()
+        assert np.linalg.norm(slip, axis=1) == pytest.approx(mu * -new.points.gap, rel=1e-6)
+
+
+def test_a_bonded_joint_that_is_pulled_takes_over_no_more_shear_than_its_cohesion_less_friction():
+    # |T| <= c - tan(phi) * pull
+    kn, cohesion, apart, mu = 1e8, 1e4, 2e-5, 0.5
+    joint = lm.Joint.from_friction_coefficient(
+        mu, cohesion=cohesion, tensile_strength=4e3, normal_stiffness=kn, shear_stiffness=kn
+    )
+    blocks = [box((-1, -1, -1), (1, 1, 0)), box((-0.1, -0.1, 0), (0.1, 0.1, 0.2))]
+    pair = lm.Assembly.from_polyhedra(blocks, joint=joint, fixed=[0])
+    state = dem.initial_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
+    state.bodies.shift[1] = 1e-3, 0.0, apart
+    _, slip = heir_of(pair, state, [(0, 0), (0, 0.1), (0.05, 0.1), (0.05, 0)], apart)
+    assert kn * np.linalg.norm(slip, axis=1) == pytest.approx(cohesion - mu * kn * apart, rel=1e-6)

@@ -137,6 +137,27 @@ def test_base_motion_below_the_friction_limit_carries_the_block_with_the_ground(
         dem.simulate(b, dem.BaseMotion(acceleration=record))
 
 
+@pytest.mark.parametrize("sample_step", [1e-5, 3.7e-5, 1e-3])
+def test_the_ground_follows_a_record_whatever_the_time_step(sample_step):
+    """u(k + 1) = u(k) + v(k) h + h^2 (2 a(k) + a(k + 1)) / 6 of a record linear between its samples."""
+    b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], joint=lm.Joint(35.0, normal_stiffness=1e9))
+    a = 2.0 + 300.0 * np.random.default_rng(1).standard_normal(1001)
+    velocity, exact = [0.0], [0.0]
+    for old, new in itertools.pairwise(a.tolist()):
+        exact.append(exact[-1] + velocity[-1] * sample_step + sample_step**2 * (2.0 * old + new) / 6.0)
+        velocity.append(velocity[-1] + 0.5 * sample_step * (old + new))
+    stages = [dem.BaseMotion(a, sample_step, after="coast"), dem.Hold(duration=1e-3)]
+    h = dem.simulate(b, stages, mode="dynamic", sample=1)
+    during = h["stage"] == 0.0
+    assert h["time"][during][1] - h["time"][during][0] > 5e-5
+    # between samples too: cubic from one to the next
+    k = np.minimum((h["time"][during] / sample_step).astype(int), len(a) - 2)
+    r = h["time"][during] - k * sample_step
+    way = np.array(exact)[k] + np.array(velocity)[k] * r + a[k] * r**2 / 2 + np.diff(a)[k] / sample_step * r**3 / 6
+    assert h.shift[during, 0, 0] == pytest.approx(way, rel=1e-9, abs=1e-12 + 1e-9 * np.abs(way).max())
+    assert h.shift[-1, 0, 0] == pytest.approx(exact[-1] + velocity[-1] * 1e-3, rel=1e-9)
+
+
 def test_base_motion_above_the_friction_limit_makes_the_block_slide():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.1))], joint=lm.Joint.from_friction_coefficient(0.2, normal_stiffness=1e9))
     push = dem.BaseMotion(acceleration=[0.5 * GRAVITY] * 11, sample_step=0.01)

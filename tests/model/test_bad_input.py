@@ -273,6 +273,9 @@ def test_arguments_of_loads_of_the_wrong_kind():
     [
         ({"friction_coefficient": 0.6}, "write friction_angle_deg=30.96"),
         ({"friction_angle": 30.0}, "write friction_angle_deg"),
+        ({"tension": 1e5}, "no field 'tension': write tensile_strength"),
+        ({"compression": 1e6}, "write compressive_strength"),
+        ({"kn": 1e9}, "write normal_stiffness"),
         ({"weight": 1.0}, "one of friction_angle_deg, dilatancy_angle_deg"),
     ],
 )

@@ -159,6 +159,8 @@ WRONG = {
     "store by number": (lambda _: dem.simulate(W, HOLD, store=3), "store must be a Store"),
     "one parameter": (lambda _: lm.calibrate(abs, {"a": lm.Target(1, 0.1)}, ONE), r"write \[parameter\]"),
     "report for a model": (lambda _: lm.figures.contact_report(W.contact_report()), "model must be an Assembly"),
+    "path for a report": (
+        lambda _: lm.figures.contact_report(W, "contacts.png"), "report must be a ContactReport, got 'contacts.png'"),
     "kind that is none": (lambda _: W.with_joints(J, kinds=["beds"]), "kinds must be one of .*got 'beds'"),
     "law by a number": (lambda _: W.with_joints(lambda joint: 3), r"joints\(joint\) must be a Joint, got 3"),
     "no material": (lambda _: W.with_material(None), "material must be a limitmason.Material"),
