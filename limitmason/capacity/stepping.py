@@ -288,16 +288,19 @@ def quieted(
     eta : the first viscosity [block weights per elastic length]
     """
     total, begin = 0, pose.shift  # programs so far, and where the blocks were
+    early = descent_first(system)
+    # of many points programs found nothing where these ways did not; where nothing else is tried they are needed
+    last_resort = not early or len(system.bodies.area) < MANY
     for _ in range(_SUB_STEPS):
         # descent before programs where these do badly (see `descent_first`); Newton would find no state near
         found = None
-        for way in _ways(system, patient=True) if descent_first(system) else ():
+        for way in _ways(system, patient=True) if early else ():
             if found is None and way is not newton.solve:
                 solved = way(system, pose, multiplier, history, target, viscosity=eta)
                 found = None if solved is None else (solved, 0)
-        if found is None and len(system.bodies.area) < MANY:
+        if found is None and last_resort:
             found = by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
-        total += PROGRAMS if found is None else found[1]
+            total += PROGRAMS if found is None else found[1]
         if found is None:
             # no state with so little viscosity: more of it
             eta *= _THICKER

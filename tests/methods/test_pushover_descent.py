@@ -211,3 +211,35 @@ def test_a_path_does_not_leap_where_what_it_found_beyond_a_bend_leads_nowhere():
     assert not any("no state was found" in w for w in curve.warnings)
     assert np.diff(curve.displacement).max() < 0.2 * 4e-4  # a step that leaps has no sample within it
     assert curve.load[-1] > 0.99 * curve.load.max()
+
+
+def test_blocks_in_space_come_down_on_each_other_from_two_hundred_points_on():
+    """Between 200 and 500 points nothing was tried: "cannot stand under dead load", with 192 points it stood."""
+    wall = lm.build.wall(length=1.6, courses=5, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0, 0.0))
+    gaps = np.random.default_rng(1).uniform(0.0, 2e-4, len(contact_points(wall).area))
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall, (0, 1, 0)), stiffness=1e10, gaps=gaps, to=1e-8)
+    assert stepping.MANY <= curve.structure.points.count < stepping.MANY_BY_DESCENT
+    assert not stepping.descent_first(curve.generations.systems[0])
+    assert curve.status == "reached"
+    assert all(c.accepted for c in curve.certificates)
+
+
+def test_programs_that_were_not_solved_are_not_counted(monkeypatch):
+    """Every viscous sub-step that was not found counted seven, also where none is tried: 51 for 2 on an arch."""
+    wall = lm.build.wall(length=1.2, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0, 0.0))
+    curve = lm.pushover(wall, lm.Loads.horizontal(wall), stiffness=1e10, to=1e-6)
+    system, node = curve.generations.systems[0], curve.nodes[-1]
+    monkeypatch.setattr(stepping, "MANY", 0)
+    way, missed = interior.solve, []
+
+    def first_two_missed(*given, **options):
+        missed.append(1)
+        return None if len(missed) <= 2 else way(*given, **options)
+
+    monkeypatch.setattr(interior, "solve", first_two_missed)
+    monkeypatch.setattr(frozen_friction, "solve", lambda *_, **__: None)
+    found = stepping.jump(system, node, node.control + 1e-7, 1.0)
+    assert found is not None
+    assert found.jump
+    assert len(missed) > 2
+    assert found.programs == 0
