@@ -2,6 +2,7 @@
 
 Defaults of damping stand where it is used: ``dem.multiplier.collapse``, ``dem.driving.block_structure``,
 ``dem.stages.stage_run`` and ``dem.model.unbalance``.
+Its coefficients and their ranges: ``limitmason.model.stages.Damping``.
 """
 
 from __future__ import annotations

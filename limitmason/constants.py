@@ -1,4 +1,7 @@
-"""Physical constants and default tolerances, each stated once."""
+"""Physical constants and default tolerances, each stated once.
+
+Angles up to which faces make a joint: ``limitmason.geometry.contact``.
+"""
 
 GRAVITY = 9.81
 """Acceleration of gravity [m/s2]; weight appears only where this multiplies a mass."""

@@ -1,4 +1,7 @@
-"""Joints made while blocks move: on a face, at a corner, where edges cross."""
+"""Joints made while blocks move: on a face, at a corner, where edges cross.
+
+Which pairs need one is found in ``dem.contact.detection``.
+"""
 
 from typing import NamedTuple, TypeVar
 

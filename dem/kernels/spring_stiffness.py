@@ -1,4 +1,7 @@
-"""Stiffness that a block feels through its contact points when it alone moves."""
+"""Stiffness that a block feels through its contact points when it alone moves.
+
+It is for time steps and masses; forces of points are made in ``joint_forces``, by ``joint_law``.
+"""
 
 import numpy as np
 

@@ -1,4 +1,7 @@
-"""The server of the page: on the loopback address, behind a random token, for pages of its own origin alone."""
+"""The server of the page: on the loopback address, behind a random token, for pages of its own origin alone.
+
+The largest file is stated in ``folder``.
+"""
 
 from __future__ import annotations
 

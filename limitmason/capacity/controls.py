@@ -1,6 +1,7 @@
 """What a path is controlled by: a block, the live load, or a support that moves.
 
 An arc length is no control here: ``program`` says why.
+The default, the live load, is that of ``pushover`` in ``analysis``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Commands that put all theories side by side: as a table, and as the report of one structure."""
+"""Commands that put all theories side by side: as a table, and as the report of one structure.
+
+``solve`` is in ``models``.
+"""
 
 from __future__ import annotations
 

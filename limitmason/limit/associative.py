@@ -1,4 +1,7 @@
-"""Associative limit analysis: the static theorem, and its mechanism from the dual."""
+"""Associative limit analysis: the static theorem, and its mechanism from the dual.
+
+What is answered where the load can grow without end: ``associative_prediction``.
+"""
 
 import time
 from collections.abc import Iterator

@@ -1,4 +1,7 @@
-"""Contacts of the blocks of an assembly: which tolerance holds, what was found, and what to say about the rest."""
+"""Contacts of the blocks of an assembly: which tolerance holds, what was found, and what to say about the rest.
+
+Overlaps are refused in ``assembly``, by the words made here.
+"""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace

@@ -2,6 +2,7 @@
 
 Blocks on joints, open ones left out, are assembled in :mod:`limitmason.vibration.blocks`, solids in
 :mod:`limitmason.continuum.solid`.
+Stiffness is elastic: weight takes nothing off it, as the geometric stiffness of a path does.
 """
 
 from __future__ import annotations

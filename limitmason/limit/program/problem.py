@@ -1,4 +1,7 @@
-"""The static theorem as scaled sparse arrays, from which every program starts."""
+"""The static theorem as scaled sparse arrays, from which every program starts.
+
+Cones are added in ``cones``; both go to a solver in ``static``.
+"""
 
 from __future__ import annotations
 
