@@ -231,7 +231,8 @@ class Recorder:
     def steps_to_look(self) -> int:
         """Steps until contacts must be looked after.
 
-        In between no corner may travel more than half the margin.
+        In between no corner may travel more than half the margin. Where contacts are searched for, see
+        ``resuming.Watch``, it is also ``every`` steps from the last search, or those until open edges are due.
         """
         if self.every is None:
             return _NEVER

@@ -336,15 +336,15 @@ def _solved(
     target: float | None,
     ratio: float,
 ) -> tuple[newton.Solved, int] | None:
-    """Solve a step that Newton's method alone did not, by descent and by programs, as :func:`stepping.step` does.
+    """Solve a step that Newton's method alone did not, by descent and by programs.
 
-    It returns the solved state and the number of programs, or None.
+    No interior path: it knows no strength that falls. It returns the solved state and the number of programs, or None.
 
     Parameters
     ----------
     system, node : equations of the path, and the state from which the first points broke
     history : with the damage of the points that broke so far
-    pose, multiplier : guess of the state
+    pose, multiplier : guess of the state, for descent; programs find their way from ``node``
     target : control displacement that is held [m]; None for the multiplier
     ratio : work of the live load per control displacement [N]
     """

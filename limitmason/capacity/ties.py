@@ -73,7 +73,9 @@ def pull(ties: TieSprings, basis: Array, pose: Pose, plastic: Array) -> Pulled:
 
 
 def stiffness(at: Pulled, basis: Array) -> Array:
-    """Change of the wrenches of all ties with the pose, shape (t, 2 d, 2 d): that of their tension, and geometric.
+    """Change of the wrenches of ties with the pose, minus a stiffness, (t, 2 d, 2 d).
+
+    It is that of their tension, and that by which they turn.
 
     Parameters
     ----------
@@ -89,6 +91,7 @@ def stiffness(at: Pulled, basis: Array) -> Array:
     one = np.broadcast_to(np.eye(3), a.shape)
     turned = across @ np.concatenate([-one, a, one, -b], axis=2)  # (t, 3, 12): theta x arm = -[arm] theta
     full = np.concatenate([turned, a @ turned, -turned, -b @ turned], axis=1)
+    # the arms turn too: (theta x arm) x T e
     full[:, 3:6, 3:6] += f @ a
     full[:, 9:12, 9:12] -= f @ b
     p = np.zeros((12, 2 * d))

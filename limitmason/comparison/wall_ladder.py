@@ -118,13 +118,13 @@ def predict_walls(
     spread : move every input that the model uses by its standard deviation, one by one, for the interval: four or five
         runs more
     workers, executor : as for :func:`limitmason.study.sweep`: processes of joblib, or a dask client
-    options : of the assembly, over those of the model
+    options : of the assembly, over those of the model; "formulas" have none
     progress : called with a line per wall, with the time that is left
 
     Raises
     ------
     InputError
-        For an unknown method or wall, a store of other options or another version.
+        For an unknown method or wall, options of "formulas", and a store of another version.
 
     Notes
     -----
@@ -132,6 +132,8 @@ def predict_walls(
     taken as independent. Wall 97 has no shear span: its status says so.
     """
     choice("method", method, LADDER)
+    if method == "formulas" and options:
+        raise InputError(f"options: the formulas have no assembly, and no {', '.join(options)}")
     names = list(USUAL.get(method, registry.specimens(NAME)) if walls is None else walls)
     chosen = {} if method == "formulas" else {**MODELS.get(method, MODELS["extended"]), **(options or {})}
     memo = Memo(store, kind=dict)

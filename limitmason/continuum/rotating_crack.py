@@ -85,7 +85,7 @@ def curves_of(materials: Sequence[Material], material: Index, width: Array) -> C
 
     Parameters
     ----------
-    materials : by their numbers; None for a strength is one that never yields
+    materials : by their numbers; None for a strength is one that never yields, for an energy one that never falls
     material : number of the material of each point, shape (n,)
     width : h, over which a crack is smeared [m], shape (n,): the cube root of the volume that a point stands for
 

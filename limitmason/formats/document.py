@@ -136,8 +136,8 @@ class DocumentNode:
 
         Parameters
         ----------
-        hint : type of the field: str, int, float, bool, a StrEnum, a tuple or an array of one type, a Mapping, or one
-            of these or None
+        hint : type of the field: str, int, float, bool, a StrEnum, a tuple or an array of one type, a Mapping;
+            of ``X | None`` it is X, as :meth:`values` leaves null out before
         """
         if get_origin(hint) in (Union, UnionType):
             hint = next(h for h in get_args(hint) if h is not type(None))

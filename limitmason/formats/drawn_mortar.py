@@ -95,7 +95,7 @@ def grown(rings: Sequence[Array], names: Sequence[str], mortar: float, gap: floa
 def _bridged(whole: Any, stones: list[Any], reach: float, grid: float, shapely: Any) -> Any:
     """The filled region with joints that it lacks, and with small pockets.
 
-    Lacking are joints between near stones.
+    Lacking are joints between near stones where the region leaves out the shortest way between the two.
 
     Parameters
     ----------

@@ -174,6 +174,7 @@ class Dissipation:
             slip = np.linalg.norm(sliding, axis=1)
             others = np.ones(len(g), dtype=bool)
             others[ends] = False
+            # tension and friction of the ends are in the pairs' power: cohesion c |s| is left
             total = float(power[others].sum() + (law.cohesion * slip)[ends].sum())
             total += float(self.pairs.power(g[ends]).sum())
         return total + self.spread(twists, sliding), total, g

@@ -137,14 +137,14 @@ def _chunks(jobs: Sequence[Job], seconds: float, least: int) -> list[Sequence[Jo
 def _unpacked(
     executor: Any, function: Callable[..., Any], chunks: Sequence[Sequence[Job]], begun: Sequence[Future] = ()
 ) -> Iterator[tuple[int, Any]]:
-    """Results of chunks as they come, after those begun before; an error calls all else off.
+    """Number and result of every call, chunk by chunk as these end; an error calls all else off.
 
     Parameters
     ----------
     executor : where to run
     function : what is called
     chunks : jobs of every chunk
-    begun : chunks already under way
+    begun : chunks already under way, whose results come among the others
     """
     futures = [*begun, *(executor.submit(_chunk, function, part) for part in chunks)]
     try:

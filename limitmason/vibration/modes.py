@@ -230,10 +230,11 @@ def _directed(system: VibratingSystem, value: Array, vector: Array) -> Array:
 
 
 def _moments(system: VibratingSystem, motion: Array) -> Iterator[Array]:
-    """Moments of motions about the centroid [-], per degree an array (moments, k).
+    """Moments of k motions about the centroid [-], per degree an array (moments, k).
 
-    A moment is the sum of mass times motion times a product of coordinates, over the most it could be for a motion of
-    unit modal mass. Translations come first, then rotations times the reach of the structure.
+    They choose signs and directions of modes, see :func:`_directed`. A moment is the sum of mass times motion times a
+    product of coordinates, over the most it could be for a translation of unit modal mass. Translations come first,
+    then rotations times the reach of the structure, whose moments may be larger.
 
     Parameters
     ----------

@@ -57,6 +57,7 @@ class Likelihood:
         penalty : sum of squares of the nuisance data
         count : number of values in ``loss``
         replicate : redrawn variance of the replicates in stated units
+        spent : number of fitted parameters
         """
         if self.kind == "known":
             return -0.5 * (loss + penalty)
@@ -75,7 +76,9 @@ class Likelihood:
     def variance(
         self, loss: Array | float, count: Array | float, replicate: Array | float = 1.0, spent: float = 0.0
     ) -> Array:
-        """Noise variance in stated units: 1 if known, else less ``spent`` parameters.
+        """Noise variance in stated units, 1 if known, of the shape of ``loss``.
+
+        Else it is (loss + dof replicate) / (count + dof - spent).
 
         Parameters
         ----------
