@@ -20,7 +20,7 @@ from dem.model.strain_shapes import (
     scale_masses_of_modes,
 )
 from dem.model.tie_arrays import make_ties
-from limitmason.arrays import Array, Flags
+from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import choice, positive
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
@@ -94,6 +94,27 @@ def _at_rest(mass: Array, inertia: Array, held: Flags, axes: Array) -> RigidBodi
     )
 
 
+def _jointed(
+    assembly: Assembly, loads: Loads, contact_points: Grid | None, contact_model: str | None, options: JointOptions,
+    plane: Plane | None,
+) -> tuple[tuple[Points, Joints, Index, Array, tuple[str, ...]], tuple[str, ...]]:
+    """What :func:`make_joints` gives of an assembly, and warnings of faces that have few points.
+
+    Parameters
+    ----------
+    contact_points, contact_model, plane : as for :func:`initial_state`
+    options : what the joint law needs beyond the assembly's joints
+    """
+    grid, model = chosen_points(assembly, contact_points, contact_model)
+    contacts = make_points(assembly, grid, model, plane)
+    if not contacts.count:
+        raise InputError("no joint touches a free block: there is nothing to settle on")
+    made = make_joints(assembly, loads.dead, contacts, options)
+    coarse = model == "grid" and grid == DEFAULT_POINTS
+    finer = "give contact_model='lobatto' and contact_points=(15, 15)"
+    return made, on_few_points(assembly, finer, None if coarse else contacts)
+
+
 def initial_state(
     assembly: Assembly,
     loads: Loads,
@@ -152,18 +173,14 @@ def initial_state(
     held = assembly.held.copy()
     if plane is not None:
         held |= out_of_plane(plane)
-    grid, contact_model = chosen_points(assembly, contact_points, contact_model)
-    contacts = make_points(assembly, grid, contact_model, plane)
-    if not contacts.count:
-        raise InputError("no joint touches a free block: there is nothing to settle on")
     options = joint_options or JointOptions()
-    points, joints, interface, laws, warnings = make_joints(assembly, loads.dead, contacts, options)
+    (points, joints, interface, laws, warnings), few = _jointed(
+        assembly, loads, contact_points, contact_model, options, plane
+    )
     if mode == DYNAMIC:  # blocks that rock turn far
         points, joints = base_first(assembly, loads.dead, points, joints)
     ties, said = make_ties(assembly, options.stiffness_factor)
-    coarse = contact_model == "grid" and grid == DEFAULT_POINTS
-    finer = "give contact_model='lobatto' and contact_points=(15, 15)"
-    warnings = (*warnings, *said, *on_few_points(assembly, finer, None if coarse else contacts))
+    warnings = (*warnings, *said, *few)
     stiffness = block_stiffness(points, joints, n, ties=ties)
     moves = np.ones(6, dtype=bool) if plane is None else ~out_of_plane(plane)
     stiffness *= moves[:, None] & moves
