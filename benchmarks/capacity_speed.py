@@ -17,10 +17,10 @@ import time
 import numpy as np
 
 import limitmason as lm
-from limitmason.capacity import stepping
+from limitmason.capacity import step_equilibrium
 from limitmason.capacity.point_law import trial
 from limitmason.capacity.program import solve_step
-from limitmason.capacity.steps import extrapolated
+from limitmason.capacity.step_length import extrapolated
 
 TO = 2e-3  # m
 
@@ -47,7 +47,7 @@ def sampled(curve, every):
         system = made.systems[last.generation]
         ratio = float(np.abs(system.loads.live).sum())
         guess = extrapolated(system, [*nodes[:k], last], target - last.control)
-        own, _ = seconds(lambda s=system, n=last, t=target, g=guess, r=ratio: stepping.step(s, n, t, g, r))
+        own, _ = seconds(lambda s=system, n=last, t=target, g=guess, r=ratio: step_equilibrium.step(s, n, t, g, r))
         at = system.evaluate(last.pose, last.history, last.multiplier)
         elastic = trial(system.law, last.history, at.contact.displacement) * system.bodies.area[:, None]
         advance = (target - last.control) * ratio
@@ -55,7 +55,7 @@ def sampled(curve, every):
             lambda s=system, a=at, e=elastic, n=last, d=advance: solve_step(s, a, n.history, e, n.force[:, 0], d)
         )
         whole, found = seconds(
-            lambda s=system, n=last, t=target, r=ratio: stepping.by_programs(
+            lambda s=system, n=last, t=target, r=ratio: step_equilibrium.by_programs(
                 s, n.pose, n.history, t, n.multiplier, n.force[:, 0], r
             )
         )

@@ -21,9 +21,9 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import limitmason as lm
 from limitmason.limit.interior_point.solver import solve_interior_point
+from limitmason.limit.program.clarabel_solver import solve_static
 from limitmason.limit.program.cones import make_cones
-from limitmason.limit.program.problem import make_problem
-from limitmason.limit.program.static import solve_static
+from limitmason.limit.program.static_theorem import make_problem
 from limitmason.limit.solvers import choose_solver
 
 UNITS_AND_COURSES = {55: (5, 10), 210: (10, 20), 820: (20, 40), 3041: (39, 77), 10011: (70, 142)}

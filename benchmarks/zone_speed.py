@@ -14,7 +14,7 @@ import numpy as np
 import limitmason as lm
 from dem.kernels.zones import joint_forces, zone_forces
 from dem.zones import running
-from dem.zones.model import make_model
+from dem.zones.assemble_zones import make_model
 
 FLOPS = {"elastic": 2 * 64 + 60, "below its strength": 2 * 64 + 60 + 4 * (2 * 36 + 25)}
 """Multiplications and additions of a zone: K u, turning to its axes and back; strains and surface at four points."""

@@ -13,9 +13,9 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-from dem.model.held_load import LoadVerdict
 from dem.model.joints import Grid as Spacing
 from dem.model.joints import JointOptions
+from dem.model.rest_or_collapse import LoadVerdict
 from limitmason.checks import choice, count, instance, positive
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE, ZONED

@@ -20,7 +20,7 @@ from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotApplicable
 from limitmason.limit.associative import carry
 from limitmason.limit.margin import Margin, last_standing, standing_margin
-from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.limit.program.static_theorem import Problem, make_problem
 from limitmason.limit.range.bracket import inside
 from limitmason.mechanics.law_table import refuse
 from limitmason.mechanics.model_notes import with_model_notes

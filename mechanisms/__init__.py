@@ -13,7 +13,6 @@ from mechanisms.arch import ArchLimit, arch_limit
 from mechanisms.catalogue import NAMES, catalogue, smallest
 from mechanisms.classical import inclined_hinge, overturning, rigid_block, rondelet_thickness, sliding, stack
 from mechanisms.facade_rocking import compound_rocking, simple_rocking
-from mechanisms.flexure import horizontal_flexure
 from mechanisms.friction import (
     FrictionSums,
     bed_joint_friction,
@@ -21,6 +20,7 @@ from mechanisms.friction import (
     torsion_radius,
     torsion_shear_curve,
 )
+from mechanisms.horizontal_flexure import horizontal_flexure
 from mechanisms.in_plane import slender_wall, sloping_crack, sloping_crack_limit, stepped_crack
 from mechanisms.light_damage import LightDamage, light_damage
 from mechanisms.parameters import Facade

@@ -16,7 +16,7 @@ from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from mechanisms.classical import overturning, sliding
 from mechanisms.facade_rocking import compound_rocking, simple_rocking
-from mechanisms.flexure import horizontal_flexure
+from mechanisms.horizontal_flexure import horizontal_flexure
 from mechanisms.in_plane import sloping_crack, stepped_crack
 from mechanisms.parameters import load_direction
 from mechanisms.velocity_field import ON_BLOCKS, UPPER

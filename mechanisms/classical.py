@@ -14,7 +14,7 @@ from limitmason.checks import choice, count, not_negative, positive
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from mechanisms.flexure import flexure_terms
+from mechanisms.horizontal_flexure import flexure_terms
 from mechanisms.parameters import ROUNDING, Facade, foot_level, read
 from mechanisms.velocity_field import FREE_WALL, THIS_MOTION, UPPER_IDEAL, answer, flexure_twists, rotation, translation
 from mechanisms.virtual_work_check import check_contacts

@@ -19,7 +19,7 @@ from limitmason.build.cracks import with_potential_cracks
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.display.text_table import filled, markdown
 from limitmason.experiments import mcmaster_bending as mcmaster
-from limitmason.experiments.record import Experiment
+from limitmason.experiments.experiment import Experiment
 from limitmason.model import Assembly, Loads, Material
 from limitmason.model.joint import Joint, LostBy
 from limitmason.study import Memo, fingerprint

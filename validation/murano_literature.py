@@ -10,8 +10,8 @@ from statistics import fmean, median
 from typing import NamedTuple
 
 from limitmason.checks import choice
-from limitmason.experiments.record import Quantity
-from limitmason.experiments.tables import TextTable, read_table
+from limitmason.experiments.experiment import Quantity
+from limitmason.experiments.source_folder import TextTable, read_table
 
 NAME = "murano-u-walls"
 

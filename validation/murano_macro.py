@@ -2,9 +2,9 @@
 
 from limitmason.continuum import Continuum
 from limitmason.errors import InputError
+from limitmason.experiments.experiment import Experiment, Quantity
 from limitmason.experiments.murano_u_walls import FORCE, NAME, airbag, assembly, roofs
-from limitmason.experiments.record import Experiment, Quantity
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 from limitmason.model.material import FRACTURE, Material
 
 SETS = {"DS": ("step 1", "final"), "REGW": ("final",)}

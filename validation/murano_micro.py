@@ -11,8 +11,8 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.capacity import PushoverCurve, Steps, pushover
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE
+from limitmason.experiments.experiment import Experiment
 from limitmason.experiments.murano_u_walls import control_block
-from limitmason.experiments.record import Experiment
 from limitmason.model.assembly import Assembly
 from limitmason.model.material import Material
 

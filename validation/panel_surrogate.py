@@ -9,7 +9,7 @@ from functools import cache
 
 import numpy as np
 
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 
 SOURCE = "brick-panels-opening"
 

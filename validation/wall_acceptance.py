@@ -13,8 +13,8 @@ from limitmason.comparison.wall_curves import WallCurve
 from limitmason.comparison.wall_ladder import WallPrediction, predict_wall
 from limitmason.display.text_table import markdown
 from limitmason.experiments import registry
+from limitmason.experiments.experiment import Experiment
 from limitmason.experiments.modern_walls import DENSITY, MODELS, NAME, axial_force, shear_span, value
-from limitmason.experiments.record import Experiment
 from validation.wall_curves_text import envelope_lines
 from validation.wall_loop import LeftOut, difference, first_mode, scatter
 from validation.wall_tests import ROWS, Measured

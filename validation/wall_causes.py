@@ -20,6 +20,7 @@ from limitmason.comparison.wall_ladder import formulas_force
 from limitmason.comparison.wall_modes import rocking_force
 from limitmason.errors import InputError
 from limitmason.experiments import registry
+from limitmason.experiments.experiment import Experiment
 from limitmason.experiments.modern_walls import (
     FILLED,
     HELD,
@@ -32,8 +33,7 @@ from limitmason.experiments.modern_walls import (
     value,
 )
 from limitmason.experiments.modern_walls.inputs import CODE, inputs_of
-from limitmason.experiments.record import Experiment
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 from limitmason.limit.analysis import limit_analysis
 from limitmason.study.memo import Memo
 

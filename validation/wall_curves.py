@@ -36,7 +36,7 @@ from limitmason.errors import InputError
 from limitmason.experiments import registry
 from limitmason.experiments.modern_walls import MODELS, NAME, units_per_course
 from limitmason.experiments.modern_walls.inputs import complete
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 from limitmason.storage.csv_table import parsed, write_table
 from limitmason.study.memo import Memo
 from validation.kept_runs import with_section

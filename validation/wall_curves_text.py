@@ -15,7 +15,7 @@ from limitmason.display.text_table import markdown
 from limitmason.experiments import registry
 from limitmason.experiments.modern_walls import FILLED, NAME
 from limitmason.experiments.modern_walls.inputs import complete
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 from validation.wall_figures import drift_at
 from validation.wall_loop import (
     difference,

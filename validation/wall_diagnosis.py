@@ -26,7 +26,7 @@ from limitmason.display.progress import reached
 from limitmason.display.text_table import markdown as markdown_lines
 from limitmason.experiments.modern_walls import NAME
 from limitmason.experiments.modern_walls.inputs import complete, has_shear_span
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 from limitmason.study.memo import Memo
 from validation.wall_causes import (
     COVARIATES,

@@ -16,7 +16,7 @@ from limitmason.comparison.wall_curves import WallCurve
 from limitmason.comparison.wall_ladder import WallPrediction
 from limitmason.experiments.modern_walls import MODELS, NAME
 from limitmason.experiments.modern_walls.inputs import complete
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 from validation.wall_loop import first_mode
 
 COLOURS = {"S": "#c0392b", "F": "#2471a3", "SL": "#7d3c98", "G": "#229954", "D": "#7f8c8d"}

@@ -8,7 +8,7 @@ import numpy as np
 
 from limitmason.experiments.modern_walls import NAME
 from limitmason.experiments.modern_walls.inputs import inputs_of
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 
 ROWS = {r["specimen"]: r for r in read_table(NAME, "walls.csv").rows}
 RESPONSES = {r["specimen"]: r for r in read_table(NAME, "responses.csv").rows}

@@ -20,7 +20,7 @@ from dem.settings import ZONED_STEPS, PushSettings
 from dem.stages.resuming import RunStatus, signature
 from dem.stages.store import Samples
 from dem.zones import recording, running
-from dem.zones.model import make_model
+from dem.zones.assemble_zones import make_model
 from dem.zones.recording import ZoneState
 from dem.zones.zoned_model import AXES, SENSE, ZonedModel, slowest_period
 from limitmason.arrays import Array, Flags

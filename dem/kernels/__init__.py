@@ -9,8 +9,8 @@ Only these import each other.
 - ``joint_forces``: these sums brought to the blocks. ``ties``: the pull of rods. ``deformed``: what goes with blocks
   that strain.
 - ``stepping``: steps of the blocks. ``rotations``: quaternions and spins. ``local_damping``: what it takes of a force.
-  ``team``: threads that share a step.
-- ``measure``: forces and energy of a position. ``spring_stiffness``: how stiffly its joints hold a block.
+  ``threads``: threads that share a step.
+- ``measure``: forces and energy of a position. ``block_contact_stiffness``: how stiffly its joints hold a block.
 - ``pieces``: convex pieces where they stand now. ``contact_geometry``: where they touch. ``internal_edges``: faces that
   go on from one block to the next.
 - ``outlines``: whose edges end a joint. ``pivots``: joints that bear on an edge.
@@ -54,6 +54,7 @@ from dem.kernels.arrays import (
     Team,
     Ties,
 )
+from dem.kernels.block_contact_stiffness import add_springs
 from dem.kernels.compiled import ADDED
 from dem.kernels.contact_geometry import APART, CORNER, CROSSING, FACES, MOST, contact_shapes
 from dem.kernels.cutting import ROOM, Cut, Poses, cut_joints, facing_interface
@@ -65,9 +66,8 @@ from dem.kernels.pieces import Meetings, NearPairs, PieceArrays, face_planes, pl
 from dem.kernels.pivots import OF_A, OF_B, OF_BOTH, ON_A, UNKNOWN, bearing_ends
 from dem.kernels.point_transfer import Heirs, Testators, inherit, keep_energy, largest_elastic_slip
 from dem.kernels.rotations import rotation_of
-from dem.kernels.spring_stiffness import add_springs
 from dem.kernels.stepping import advance
-from dem.kernels.team import SHUT, threads_allowed
+from dem.kernels.threads import SHUT, threads_allowed
 from dem.kernels.ties import add_tie_forces
 
 __all__ = [

@@ -156,7 +156,7 @@ class Team(NamedTuple):
     end: int  # the part after its last
     parts: int
     sums: Array  # of the parts in two steps, (4 SUMS,); of one part the accumulated scalars themselves
-    gate: Index  # see :func:`dem.kernels.team.meet`
+    gate: Index  # see :func:`dem.kernels.threads.meet`
 
 
 SUMS = 32

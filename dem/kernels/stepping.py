@@ -33,7 +33,7 @@ from dem.kernels.deformed import load_strain, move_modes
 from dem.kernels.joint_forces import _crossing_forces, _joint_forces
 from dem.kernels.local_damping import brakes_of, least_speeds
 from dem.kernels.rotations import middle_spin, rotation_of, spin_of, turned_by
-from dem.kernels.team import SHUT, meet
+from dem.kernels.threads import SHUT, meet
 from dem.kernels.ties import add_tie_forces
 
 Work = tuple[float, float, float, float]

@@ -65,7 +65,7 @@ def _by_two(go: Callable[[int, int, Array], None], total: Array, gate: Index) ->
     ----------
     go : steps of the parts from the first argument to before the second, with accumulated scalars of their own
     total : the accumulated scalars that count, those of the first thread; each adds up the same
-    gate : where the threads meet, see :func:`dem.kernels.team.meet`
+    gate : where the threads meet, see :func:`dem.kernels.threads.meet`
     """
     failed: list[BaseException] = []
 

@@ -16,7 +16,7 @@ from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import choice
 from limitmason.deformable import SOLID, STATES, Body, simply_deformable_blocks
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
-from limitmason.deformable.shapes import products
+from limitmason.deformable.polynomial_body import products
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.joint_shapes import face_motions, motion_at

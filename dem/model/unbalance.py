@@ -1,6 +1,7 @@
 """Unbalanced forces and displacements, over what a block carries, weighs and measures.
 
-Whether blocks rest is decided with them: in ``dem.stages.stage_run`` where they settle, in ``held_load`` under a load.
+Whether blocks rest is decided with them: in ``dem.stages.stage_run`` where they settle, in ``rest_or_collapse`` under
+a load.
 """
 
 from dataclasses import dataclass, replace

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from dem.contact.near import SMALL, farthest, near_margin
-from dem.model.held_load import EQUILIBRIUM, UNDECIDED
 from dem.model.initial_state import initial_state
 from dem.model.joint_marks import bond_yielded
 from dem.model.joints import Grid, JointOptions, chosen_points, losses
 from dem.model.pieces import reaches
+from dem.model.rest_or_collapse import EQUILIBRIUM, UNDECIDED
 from dem.model.state import QUASI_STATIC, State
 from dem.model.unbalance import smallest_edge
 from dem.multiplier.search import APPROACH, Controls, Search, increments

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.model.held_load import EQUILIBRIUM, MOVING, UNDECIDED, LoadOnset, LoadVerdict, hold
+from dem.model.rest_or_collapse import EQUILIBRIUM, MOVING, UNDECIDED, LoadOnset, LoadVerdict, hold
 from dem.model.state import State
 from dem.model.unbalance import EVENLY, SETTLING, SLID, Scale, slid_and_moved
 from limitmason.answers.results import Mechanism, Status

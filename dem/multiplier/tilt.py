@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dem.driving.own_weight import evenly_where_it_slides
-from dem.model.held_load import UNDECIDED
+from dem.model.rest_or_collapse import UNDECIDED
 from dem.model.unbalance import Scale
 from dem.multiplier.collapse import FIRST_INCREMENT, LOADING, MOVED, collapse
 from dem.multiplier.search import APPROACH, AT_REST, Controls, Search

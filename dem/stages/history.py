@@ -18,7 +18,7 @@ from dem.model.joints import losses
 from dem.model.state import DYNAMIC, State
 from dem.model.vibration import state_system
 from dem.papers import PAPERS
-from dem.stages.floor import Floor
+from dem.stages.debris_floor import Floor
 from dem.stages.resuming import Position, RunStatus, check_continues
 from dem.stages.store import CHECKPOINT, Store, StoredSamples
 from limitmason.answers.curve import Curve

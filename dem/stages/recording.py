@@ -16,7 +16,7 @@ from dem.model.pieces import Pieces, reaches
 from dem.model.state import DYNAMIC, LIVE, WEIGHT, WEIGHT_X, WEIGHT_Y, State, UnstableError
 from dem.model.tie_arrays import pulls
 from dem.model.unbalance import SLID, Scale, slid_and_moved, unbalance
-from dem.stages.floor import Floor
+from dem.stages.debris_floor import Floor
 from dem.stages.history import COLUMNS, History, RunSettings
 from dem.stages.resuming import Position, RunStatus, Watch
 from dem.stages.store import Samples, Store, StoredSamples

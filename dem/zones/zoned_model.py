@@ -46,7 +46,7 @@ BELOW_ZERO = 1e-9
 class ZonedModel:
     """Everything that changes, and the arrays it changes on.
 
-    Made by :func:`dem.zones.model.make_model`.
+    Made by :func:`dem.zones.assemble_zones.make_model`.
 
     Parameters
     ----------

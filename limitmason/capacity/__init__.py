@@ -6,7 +6,7 @@ from limitmason.capacity.certificate import StepCertificate
 from limitmason.capacity.elastic_range import ElasticRange, Onset, elastic_range
 from limitmason.capacity.ensemble import Ensemble, imperfection_ensemble
 from limitmason.capacity.result import Break, PushoverCurve, SampleStability
-from limitmason.capacity.steps import Steps
+from limitmason.capacity.step_length import Steps
 from limitmason.display.notebook import shows
 
 __all__ = [

@@ -45,12 +45,12 @@ from limitmason.capacity.path_warnings import (
     stiffness_warnings,
 )
 from limitmason.capacity.point_law import ElastoplasticLaw
-from limitmason.capacity.refused import refuse, refuse_partial_rotations, refuse_with_initial
+from limitmason.capacity.refusals import refuse, refuse_partial_rotations, refuse_with_initial
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.slip_softening import softening_by_plastic_slip
 from limitmason.capacity.start import begin
-from limitmason.capacity.stepping import Node
-from limitmason.capacity.steps import Steps, senses
+from limitmason.capacity.step_equilibrium import Node
+from limitmason.capacity.step_length import Steps, senses
 from limitmason.capacity.system import System
 from limitmason.capacity.ties import make_ties
 from limitmason.checks import choice, finite

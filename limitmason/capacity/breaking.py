@@ -13,7 +13,7 @@ from limitmason.capacity import frozen_friction, newton
 from limitmason.capacity.certificate import SHORTEST, WITHIN
 from limitmason.capacity.kinematics import Pose, contact, motion_between, moved
 from limitmason.capacity.point_law import PlasticHistory, slip_under_strength, trial
-from limitmason.capacity.stepping import Node, by_programs, descent_first, node_of, quieted, step
+from limitmason.capacity.step_equilibrium import Node, by_programs, descent_first, node_of, quieted, step
 from limitmason.capacity.system import Evaluated, System
 
 _CLOSE = 1e-5

@@ -19,7 +19,7 @@ from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.point_law import PlasticHistory
 from limitmason.capacity.result import Break, PushoverCurve
 from limitmason.capacity.slip_softening import slid_back
-from limitmason.capacity.stepping import Node
+from limitmason.capacity.step_equilibrium import Node
 
 WANDERED = 0.1
 """Slip over the size of a joint from which a point that is not found anew is no longer where it was [-]."""

@@ -14,7 +14,7 @@ from limitmason.capacity.contact_search.overlap import DEEP, deepest
 from limitmason.capacity.contact_search.touching import beside_faces, found_anew, landed, outside
 from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.path_state import PathState, Structure, forces, stored
-from limitmason.capacity.stepping import Node, Onward
+from limitmason.capacity.step_equilibrium import Node, Onward
 from limitmason.capacity.system import Evaluated, System
 
 RUNS_OFF = 4.0

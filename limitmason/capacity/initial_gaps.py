@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
-from limitmason.capacity import newton, stepping
+from limitmason.capacity import newton, step_equilibrium
 from limitmason.capacity.kinematics import moved
-from limitmason.capacity.stepping import Node
-from limitmason.capacity.steps import Steps
+from limitmason.capacity.step_equilibrium import Node
+from limitmason.capacity.step_length import Steps
 from limitmason.capacity.system import System
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints
@@ -91,14 +91,14 @@ def begun_with(system: System, state: Prediction, to: float | None, ratio: float
     solved = newton.solve(system, rest, state.collapse_multiplier, old, target=0.0)
     programs = 0
     if solved is None:
-        found = stepping.by_programs(
+        found = step_equilibrium.by_programs(
             system, rest, old, target=0.0, multiplier=state.collapse_multiplier, normal=None, ratio=ratio
         )
         if found is None:
             return []
         solved, programs = found
     # looked: the contacts are those of the reference pose
-    first = stepping.node_of(system, solved, programs=programs)._replace(looked=rest)
+    first = step_equilibrium.node_of(system, solved, programs=programs)._replace(looked=rest)
     assert state.mechanism is not None
     twists = np.array(state.mechanism.twists)
     along = float((system.control * (twists[:, :3] @ system.bodies.basis[:3])).sum())
@@ -107,5 +107,5 @@ def begun_with(system: System, state: Prediction, to: float | None, ratio: float
     if not abs(along) > _NO_MOTION * float(np.abs(twists).max(initial=0.0)):
         return [first]
     guess = moved(solved.state.pose, move / along * twists), solved.multiplier
-    second = stepping.step(system, first, first.control + float(move), guess, ratio)
+    second = step_equilibrium.step(system, first, first.control + float(move), guess, ratio)
     return [first] if second is None else [first, second._replace(looked=rest)]

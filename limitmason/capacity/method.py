@@ -16,7 +16,7 @@ from limitmason.answers.results import Bound, BoundKind, Prediction, Range, Stat
 from limitmason.capacity.analysis import pushover, whole_pushover
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.result import PushoverCurve
-from limitmason.capacity.steps import Steps
+from limitmason.capacity.step_length import Steps
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.default_stiffness import default_stiffness
 from limitmason.mechanics.model_notes import lost_in_failure

@@ -5,7 +5,7 @@ from enum import StrEnum
 
 from limitmason.arrays import Index
 from limitmason.capacity.kinematics import Pose
-from limitmason.capacity.stepping import Node
+from limitmason.capacity.step_equilibrium import Node
 from limitmason.capacity.system import System
 
 

@@ -8,13 +8,13 @@ from collections.abc import Callable
 
 import numpy as np
 
-from limitmason.capacity import breaking, stepping
+from limitmason.capacity import breaking, step_equilibrium
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.limit_point import DROP, LEVEL, passed
 from limitmason.capacity.outcomes import PathEnd, Phase, StepOutcome, Try
+from limitmason.capacity.step_equilibrium import Node
 from limitmason.capacity.step_judges import CLOSER, DROP_OF_SOFTENING, MISSED, ROUNDS, JudgedPath
-from limitmason.capacity.stepping import Node
-from limitmason.capacity.steps import Steps, extrapolated, growth
+from limitmason.capacity.step_length import Steps, extrapolated, growth
 from limitmason.capacity.system import System
 from limitmason.display.progress import reached
 from limitmason.storage.interrupts import ends_early
@@ -143,7 +143,7 @@ class _Path(JudgedPath):
         # a step that was cut is not stretched to the end again
         move = left if left < (1.0 if self.again else _WHOLE) * self.advance else self.advance
         guess = extrapolated(system, [*self.nodes[self.begin : -1], last], self.sense * move)
-        patient = self.failures >= stepping.patience(system, move)
+        patient = self.failures >= step_equilibrium.patience(system, move)
         target = last.control + self.sense * move
         on = self.ahead if self.cuts == 0 else None
         begin = guess if on is None else breaking.between(last, on, target)
@@ -151,13 +151,13 @@ class _Path(JudgedPath):
             new, due = breaking.foreseen(system, last, guess, target, self.ratio)
             if new is not None:
                 return Try(system, last, move, guess, new._replace(generation=last.generation), due)
-        new = stepping.step(system, last, target, begin, self.ratio, patient=patient)
+        new = step_equilibrium.step(system, last, target, begin, self.ratio, patient=patient)
         if new is None and on is not None:
             # what was found beyond the bend is no way from here: as long a step again, to where it is extrapolated
             self.ahead, self.advance = None, move
             return StepOutcome.SHORTER
         if new is None and patient:
-            new = stepping.jump(system, last, target, self.ratio)
+            new = step_equilibrium.jump(system, last, target, self.ratio)
             if new is not None:
                 self.say(f"jump at {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
         if new is None and 0.5 * move < self.shortest:
@@ -187,7 +187,7 @@ class _Path(JudgedPath):
         """
         for share in _BEYOND:
             move = min(left, share * system.size)
-            new = stepping.jump(system, last, last.control + self.sense * move, self.ratio)
+            new = step_equilibrium.jump(system, last, last.control + self.sense * move, self.ratio)
             if new is not None:
                 self.say(f"jump to {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
                 self.warnings.append(
@@ -282,7 +282,7 @@ class _Path(JudgedPath):
         pushed, renewed = float(loads.max()), new.jump and self.nodes[-2].onward is not None
         if renewed and pushed > 0.0:
             self.taken_off = max(self.taken_off, new.handed / pushed)
-        lacks = stepping.handed_over(self.toward, made)
+        lacks = step_equilibrium.handed_over(self.toward, made)
         fell = pushed > 0.0 and (self.phase is Phase.FALLING or softens or (new.jump and not renewed))
         # where joints lose strength others may take over: only a deep fall ends the path
         if self.to is None and softens and fell and loads[-1] + lacks[-1] < (1.0 - DROP_OF_SOFTENING) * pushed:

@@ -20,7 +20,7 @@ from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.contacts import NEW
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.program import solve_step
-from limitmason.capacity.stepping import Node
+from limitmason.capacity.step_equilibrium import Node
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.model.assembly import Assembly
 

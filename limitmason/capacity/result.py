@@ -18,7 +18,7 @@ from limitmason.capacity.kinematics import Pose, motion_between
 from limitmason.capacity.limit_point import first_limit_point
 from limitmason.capacity.path_state import Structure, strength, tensions
 from limitmason.capacity.path_warnings import STIFFER, second_moment_ratio
-from limitmason.capacity.stepping import Node, handed_over
+from limitmason.capacity.step_equilibrium import Node, handed_over
 from limitmason.deformable.levels import RIGID
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints

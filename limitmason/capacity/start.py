@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from limitmason.capacity import breaking, stepping
+from limitmason.capacity import breaking, step_equilibrium
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.path_state import Structure
 from limitmason.capacity.result import PushoverCurve
-from limitmason.capacity.stepping import Node
+from limitmason.capacity.step_equilibrium import Node
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.fingerprint import check_same_loads
 
@@ -45,7 +45,7 @@ def begin(
     now = new.structures[0]
     if start is None:
         # the state under dead load, and what breaks at once by it
-        first = stepping.dead_load(new.systems[0], held, ratio)
+        first = step_equilibrium.dead_load(new.systems[0], held, ratio)
         if first is None:
             return new, [], new.systems[0].at_rest()
         say(f"dead load: {first.programs} programs, {first.iterations} iterations of Newton")

@@ -11,8 +11,8 @@ import numpy as np
 from limitmason.capacity.contact_generations import Generations
 from limitmason.capacity.limit_point import DROP, LEVEL
 from limitmason.capacity.outcomes import PathEnd, Phase, StepOutcome, Try
-from limitmason.capacity.stepping import Node, handed_over
-from limitmason.capacity.steps import Steps, bend, may_have_fallen, senses, until_open, until_stuck
+from limitmason.capacity.step_equilibrium import Node, handed_over
+from limitmason.capacity.step_length import Steps, bend, may_have_fallen, senses, until_open, until_stuck
 
 FARTHEST = 0.5
 """Control displacement up to which a limit point is looked for, over the median block size [-]."""

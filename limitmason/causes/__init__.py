@@ -13,8 +13,8 @@ from limitmason.answers.method import LEVERS
 from limitmason.causes.catalogue import ALL, acts_on, delivered, each_joint, of_batch, standard, table
 from limitmason.causes.cause import Cause, Extension
 from limitmason.causes.declare import Declared, declare
-from limitmason.causes.elastic import dead_load_stress, elastic_displacements
 from limitmason.display.notebook import shows
+from limitmason.mechanics.elastic_joints import dead_load_stress, elastic_displacements
 
 _BY_FUNCTION = {declared.function.__name__: declared for declared in ALL.values()}
 

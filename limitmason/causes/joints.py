@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.declare import Model, declare
-from limitmason.causes.elastic import dead_load_stress
 from limitmason.causes.measurement import entry
 from limitmason.errors import InputError, NotApplicable
+from limitmason.mechanics.elastic_joints import dead_load_stress
 from limitmason.model import Assembly, Joint, Loads
 
 KINDS = ("bed", "head", "base")

@@ -8,12 +8,12 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.build.variants import displaced, resized, with_density_factor, with_part_of_thickness
 from limitmason.causes.declare import Model, declare
-from limitmason.causes.elastic import elastic_displacements
 from limitmason.causes.joints import MM_PER_MPA
 from limitmason.causes.wrenches import Direction, live_direction, rescaled_loads, turned
 from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.limit.analysis import whole_limit_analysis
+from limitmason.mechanics.elastic_joints import elastic_displacements
 from limitmason.model import Assembly, Loads, Material
 from limitmason.model.interface import COS_45
 

@@ -95,7 +95,7 @@ def _diagnose(options: argparse.Namespace) -> int:
 
     An error of the user's own function keeps its traceback.
     """
-    from limitmason.diagnosis.simulator import is_user_code
+    from limitmason.diagnosis.simulator_calls import is_user_code
 
     try:
         return _run(options)
@@ -120,7 +120,7 @@ def _run(options: argparse.Namespace) -> int:
         elif options.model:
             raise InputError(f"a template of the series {options.model} is a file: --template {options.template}.csv")
         else:
-            lm.diagnosis.read_folder.write_folder(options.template)
+            lm.diagnosis.study_from_folder.write_folder(options.template)
         console.say(f"wrote {options.template}: replace its rows, keep the line of units, then `limitmason diagnose`")
         return 0
     if options.next == 0:
@@ -286,7 +286,7 @@ def _imported(text: str, what: str) -> Any:
     text : as typed
     what : the option, for errors
     """
-    from limitmason.diagnosis.simulator import note_user_code
+    from limitmason.diagnosis.simulator_calls import note_user_code
 
     module, _, name = text.rpartition(":")
     path = Path(module)
@@ -324,7 +324,7 @@ def _causes(text: str | None) -> list | None:
     chosen = load_object(text, "--causes")
     if not callable(chosen):
         return list(chosen)
-    from limitmason.diagnosis.simulator import note_user_code
+    from limitmason.diagnosis.simulator_calls import note_user_code
 
     try:
         return list(chosen())

@@ -8,7 +8,16 @@ import re
 from typing import Any
 
 from limitmason import __version__
-from limitmason.cli import browser_page, check, diagnosis, experiments, models, pushover, safety, theories
+from limitmason.cli import (
+    browser_page,
+    check,
+    compare_and_report,
+    diagnosis,
+    experiments,
+    pushover,
+    safety,
+    solve_and_draw,
+)
 from limitmason.display.progress import MODES
 
 _DESCRIPTION = """\
@@ -35,7 +44,7 @@ examples:
   limitmason region wall.json --live --push stone-6-2 0 0 -1e4 --figure region.png
   limitmason assess wall.json --site 0.15 2.45 0.28 --soil B --to 0.5
   limitmason solve wall.json --flow-rule non-associative --output answer.json
-  limitmason compare wall.json --figure theories.png   every theory side by side
+  limitmason compare wall.json --figure compare_and_report.png   every theory side by side
   limitmason pushover brick-panels-opening/S1 --to 2mm --blocks lumped --figure s1.png
   limitmason predict modern-walls --method extended --store walls.jsonl
   limitmason diagnose --template data.csv              measured values to fill in, then
@@ -72,6 +81,6 @@ def command_parser() -> argparse.ArgumentParser:
                      help="how far a long run is: always, never, or auto, on a terminal")
     top.add_argument("--debug", action="store_true", help="show the whole traceback of an error")
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
-    for module in (experiments, models, safety, check, theories, pushover, diagnosis, browser_page):
+    for module in (experiments, solve_and_draw, safety, check, compare_and_report, pushover, diagnosis, browser_page):
         module.add_commands(commands)
     return top

@@ -9,7 +9,7 @@ from typing import Any
 import limitmason as lm
 from limitmason.cli import console
 from limitmason.errors import InputError
-from limitmason.experiments.record import Experiment
+from limitmason.experiments.experiment import Experiment
 from limitmason.methods import DEM, get_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads

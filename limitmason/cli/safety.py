@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import limitmason as lm
-from limitmason.cli import console, models
+from limitmason.cli import console, solve_and_draw
 from limitmason.errors import InputError
 from limitmason.limit import axle_envelope, load_region, thrust
 from limitmason.model.support_motion import group_of
@@ -87,7 +87,7 @@ def _stability(options: argparse.Namespace) -> int:
     if options.support and found.stands:
         console.show_text(str(thrust(assembly, options.support, loads=dead)))
     if options.figure:
-        models.draw(options.figure, "forces" if found.stands else "mechanism", assembly, found.state, title)
+        solve_and_draw.draw(options.figure, "forces" if found.stands else "mechanism", assembly, found.state, title)
     return 0 if found.stands and found.stands_on_path is not False else 3
 
 

@@ -19,7 +19,7 @@ from limitmason.display.notebook import Displayed
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import aligned, markdown
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.experiments.record import Quantity
+from limitmason.experiments.experiment import Quantity
 from limitmason.limit.range.proven_range import proven_range
 from limitmason.methods import COMPARED_METHODS, NON_ASSOCIATIVE, get_method, options_by_method
 from limitmason.model.assembly import Assembly

@@ -11,7 +11,7 @@ from typing import Any
 from limitmason.answers.references import Cited
 from limitmason.answers.results import Bound, BoundKind, Prediction, Status
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.experiments.record import Quantity
+from limitmason.experiments.experiment import Quantity
 from limitmason.methods import get_method
 from limitmason.storage.interrupts import handed_on
 

@@ -12,7 +12,7 @@ from limitmason.comparison.rows import NAN, Row
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import abridged, aligned
 from limitmason.errors import InputError
-from limitmason.experiments.record import KINDS, Experiment, TargetValue
+from limitmason.experiments.experiment import KINDS, Experiment, TargetValue
 from limitmason.experiments.registry import all_cases, tabled
 from limitmason.methods import LIMIT, get_method, predict
 from limitmason.storage.csv_table import write_table

@@ -13,11 +13,11 @@ import numpy as np
 from limitmason.capacity.analysis import whole_pushover
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.result import PushoverCurve
-from limitmason.capacity.steps import Steps
+from limitmason.capacity.step_length import Steps
 from limitmason.comparison.wall_modes import joint_motions, mode_of_shares
 from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.experiments.experiment import Experiment
 from limitmason.experiments.modern_walls import BEAM, THIN, units_per_course
-from limitmason.experiments.record import Experiment
 from limitmason.geometry.rotation import rotation_vectors
 from limitmason.methods import DEM, get_method
 from limitmason.model.assembly import Assembly

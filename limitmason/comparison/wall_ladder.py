@@ -17,9 +17,9 @@ from limitmason.comparison.wall_modes import mode_inside, rocking_force
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments import registry
+from limitmason.experiments.experiment import Experiment
 from limitmason.experiments.modern_walls import MODELS, NAME, shear_span, value
 from limitmason.experiments.modern_walls.inputs import has_shear_span, inputs_of
-from limitmason.experiments.record import Experiment
 from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.mechanics.pier_strength import wall_forces
 from limitmason.study.memo import Memo

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from limitmason.experiments.experiment import Experiment
 from limitmason.experiments.modern_walls import BEAM, axial_force, shear_span, value
-from limitmason.experiments.record import Experiment
 from limitmason.model.assembly import Assembly
 
 

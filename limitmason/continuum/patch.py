@@ -9,7 +9,7 @@ from skfem.refdom import RefTri
 
 from limitmason.arrays import Array
 from limitmason.continuum.mesh import Mesh
-from limitmason.model.patch import NEAR, read_patch
+from limitmason.model.patch_pressure import NEAR, read_patch
 
 
 def patch_forces(mesh: Mesh, corners: ArrayLike) -> tuple[Array, float, Array]:

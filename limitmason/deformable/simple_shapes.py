@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
 from limitmason.deformable.elasticity import Elasticity
-from limitmason.deformable.shapes import Body, Polynomials, materials_of
+from limitmason.deformable.polynomial_body import Body, Polynomials, materials_of
 from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
 

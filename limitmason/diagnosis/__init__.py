@@ -5,12 +5,12 @@ positive prediction of what was measured; see :class:`Study`.
 """
 
 from limitmason.causes import Cause, Extension
+from limitmason.diagnosis.error_rates import Rehearsal, binomial_interval
+from limitmason.diagnosis.inference.next_tests import Confusable, NextTests
 from limitmason.diagnosis.inference.noise import Measured, Noise
-from limitmason.diagnosis.inference.plan import Confusable, NextTests
 from limitmason.diagnosis.inference.verdict import Rule
 from limitmason.diagnosis.investigation import Investigation, investigate
 from limitmason.diagnosis.observations import EvidenceKind, Observation
-from limitmason.diagnosis.rehearse import Rehearsal, binomial_interval
 from limitmason.diagnosis.report import Diagnosis
 from limitmason.diagnosis.study import Study
 from limitmason.display.notebook import shows

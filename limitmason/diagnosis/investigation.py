@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from limitmason.diagnosis.from_table import pool_rows
-from limitmason.diagnosis.inference.plan import NextTests
-from limitmason.diagnosis.rehearse import Rehearsal
+from limitmason.diagnosis.error_rates import Rehearsal
+from limitmason.diagnosis.inference.next_tests import NextTests
 from limitmason.diagnosis.report import Diagnosis
 from limitmason.diagnosis.study import Study
+from limitmason.diagnosis.study_from_table import pool_rows
 from limitmason.display.progress import watched
 from limitmason.storage.measured_table import MeasuredTable
 

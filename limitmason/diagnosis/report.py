@@ -13,14 +13,14 @@ import numpy as np
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis import basis_text as rests_on
 from limitmason.diagnosis import verdict_text as words
-from limitmason.diagnosis.from_table import About
-from limitmason.diagnosis.inference.checks import LIKE, CheckedVerdict, Checks
-from limitmason.diagnosis.inference.plan import NextTests
+from limitmason.diagnosis.inference.next_tests import NextTests
 from limitmason.diagnosis.inference.shared_noise import PLAUSIBLE
 from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.inference.verdict import Rule, VerdictKind
+from limitmason.diagnosis.inference.verdict_sensitivity import LIKE, CheckedVerdict, Checks
 from limitmason.diagnosis.observations import FLAGS
 from limitmason.diagnosis.result import Findings
+from limitmason.diagnosis.study_from_table import About
 from limitmason.storage.files import write_text
 from limitmason.study.memo import plain
 

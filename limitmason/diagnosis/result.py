@@ -11,18 +11,18 @@ import numpy as np
 
 from limitmason.answers.references import Citable, Cited
 from limitmason.causes.cause import Cause
-from limitmason.diagnosis.inference.checks import Checks, judge_again
+from limitmason.diagnosis.error_rates import Rehearsal
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.estimate import Estimate, estimate
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence, by_kind, predicted_evidence
 from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
+from limitmason.diagnosis.inference.next_tests import Confusable, confusable, detectable
 from limitmason.diagnosis.inference.noise import Draws, Measured, Noise
-from limitmason.diagnosis.inference.plan import Confusable, confusable, detectable
 from limitmason.diagnosis.inference.shared_noise import Shares, seen_if_shared
 from limitmason.diagnosis.inference.verdict import Identification, Rule, Verdict, VerdictKind
+from limitmason.diagnosis.inference.verdict_sensitivity import Checks, judge_again
 from limitmason.diagnosis.observations import linked, unlinked
-from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly

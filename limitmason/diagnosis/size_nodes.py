@@ -8,7 +8,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from limitmason.causes.cause import Cause
-from limitmason.diagnosis.simulator import note_user_code, number
+from limitmason.diagnosis.simulator_calls import note_user_code, number
 
 NODES = {0: (), 1: (9,), 2: (5, 5), 3: (3, 3, 3)}
 """Nodes along each measured input, by their number: fewer where there are more, as a table has their product."""

@@ -12,15 +12,15 @@ import numpy as np
 
 from limitmason.causes.cause import Cause
 from limitmason.checks import instance
-from limitmason.diagnosis.from_table import About, TableStudy
+from limitmason.diagnosis.cause_tables import CauseTables, StudyCache, placing_noise
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.shared_noise import unstated
 from limitmason.diagnosis.observations import Observation, Rows, covariates_of, unlinked
-from limitmason.diagnosis.read_folder import folder_arguments
-from limitmason.diagnosis.simulator import Simulator
+from limitmason.diagnosis.simulator_calls import Simulator
 from limitmason.diagnosis.specimens import called, circumstances_of
-from limitmason.diagnosis.tables import CauseTables, StudyCache, placing_noise
+from limitmason.diagnosis.study_from_folder import folder_arguments
+from limitmason.diagnosis.study_from_table import About, TableStudy
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
@@ -159,7 +159,7 @@ class Statement(ReadOnly):
 
         Parameters
         ----------
-        folder : with specimens.csv, measured.csv and quantities.csv, see :mod:`limitmason.diagnosis.read_folder`
+        folder : with specimens.csv, measured.csv and quantities.csv, see :mod:`limitmason.diagnosis.study_from_folder`
         cache, n_jobs : as for the study
         stated : ``model``, ``simulate(specimen, **parameters)``, which returns a mapping of quantities; without one
             predicted.csv holds the predictions. ``causes``; else those in the measurement. ``inputs``, measured inputs

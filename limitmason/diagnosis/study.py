@@ -10,21 +10,21 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.cause import Cause, check_causes
+from limitmason.diagnosis.cause_tables import ASSUMED_NOISE, PoolGrids
+from limitmason.diagnosis.error_rates import Rehearsal, planted, rehearse
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.gain import folds_of
 from limitmason.diagnosis.inference.grid import Tabulation, at_measured
 from limitmason.diagnosis.inference.judge import Judge
+from limitmason.diagnosis.inference.next_tests import Confusable, NextTests, confusable
 from limitmason.diagnosis.inference.noise import DRAWS, Draws, Noise
-from limitmason.diagnosis.inference.plan import Confusable, NextTests, confusable
 from limitmason.diagnosis.inference.shared_noise import Shares, estimated_shares
 from limitmason.diagnosis.inference.verdict import Rule
 from limitmason.diagnosis.observations import linked
-from limitmason.diagnosis.rehearse import Rehearsal, planted, rehearse
 from limitmason.diagnosis.report import Diagnosis
 from limitmason.diagnosis.result import Findings, checked_by_group
 from limitmason.diagnosis.statement import Statement
 from limitmason.diagnosis.suggest import suggest
-from limitmason.diagnosis.tables import ASSUMED_NOISE, PoolGrids
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
 from limitmason.study.run_fingerprint import fingerprint
@@ -55,7 +55,7 @@ class Study(Statement):
         () takes all noise as independent
     levels : most sizes per cause at which the simulator is called; 9 and fewer for a slow or a jumpy one
     nuisance_levels : values of each measured input at which it is called; None is 5 for one input, 3 for more
-    cache, n_jobs, version : see :class:`~limitmason.diagnosis.simulator.Simulator`
+    cache, n_jobs, version : see :class:`~limitmason.diagnosis.simulator_calls.Simulator`
     pair_tables : "verified" adds the logarithms of single effects, checks every pair that comes near and tabulates it
         truly where that fails; "exact" tabulates every pair truly; "additive" never calls the simulator for a pair
     crossed : "full", or "corners" for few calls of a slow simulator: cause and measured inputs are then combined from

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr
 
-from limitmason.diagnosis.inference import identifying_tests, plan
+from limitmason.diagnosis.cause_tables import PoolGrids
+from limitmason.diagnosis.inference import identifying_tests, next_tests
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
 from limitmason.diagnosis.inference.grid import Grid, at_measured
@@ -15,7 +16,6 @@ from limitmason.diagnosis.inference.trends import ROWS, is_numeric
 from limitmason.diagnosis.inference.verdict import Tested
 from limitmason.diagnosis.result import Findings
 from limitmason.diagnosis.specimens import recorded
-from limitmason.diagnosis.tables import PoolGrids
 from limitmason.errors import InputError
 
 _NEAREST = 8
@@ -25,7 +25,7 @@ _NEAREST = 8
 def suggest(
     design: Design, there: PoolGrids, pool: Sequence[Any], k: int, diagnosis: Findings | None,
     costs: Mapping[str, float],
-) -> plan.NextTests:
+) -> next_tests.NextTests:
     """Choose ``k`` specimens of the pool.
 
     With a set of causes (or pairs) they separate its members, with an identified cause they hold it against every
@@ -44,7 +44,7 @@ def suggest(
 
     Returns
     -------
-    plan.NextTests
+    next_tests.NextTests
         The specimens, and where causes are told apart how well they are before and after these tests.
 
     Raises
@@ -66,18 +66,19 @@ def suggest(
     truths, pairs, reason = _hypotheses(design, there, diagnosis)
     rivals = dict.fromkeys(rival for _, rival in pairs)
     grids = {names: (design.grid(names).denser(), there[names].denser()) for names in rivals}
-    chosen, before, after = plan.choose_tests(truths, grids, pairs, k, price=price)
+    chosen, before, after = next_tests.choose_tests(truths, grids, pairs, k, price=price)
     found = _tests(there, chosen, pool, reason, price)
     return replace(
         found, pairs=tuple((" + ".join(a), " + ".join(b)) for a, b in pairs), before=float(before.min()),
-        after=float(after.min()), chance=(plan.chance_of_verdict(before, pairs), plan.chance_of_verdict(after, pairs)),
-        worth=identifying_tests.equivalent_tests(*plan.apart(truths, grids, pairs), there.rows.quantities),
+        after=float(after.min()),
+        chance=(next_tests.chance_of_verdict(before, pairs), next_tests.chance_of_verdict(after, pairs)),
+        worth=identifying_tests.equivalent_tests(*next_tests.apart(truths, grids, pairs), there.rows.quantities),
     )
 
 
 def _identify(
     design: Design, there: PoolGrids, pool: list[Any], k: int, diagnosis: Findings, price: np.ndarray
-) -> plan.NextTests:
+) -> next_tests.NextTests:
     """Next tests by which one explanation most exceeds what covariates could do.
 
     Parameters
@@ -115,11 +116,13 @@ def _identify(
     best = {q: float(found.each[[r == q for r in there.rows.quantities]].max()) for q in there.rows.needed}
     top = max(best.values())
     compared = best.items() if top > 0.0 else ()
-    worth = {q: float(np.ceil(top / v)) if v > top / plan.MANY else np.inf for q, v in compared}
+    worth = {q: float(np.ceil(top / v)) if v > top / next_tests.MANY else np.inf for q, v in compared}
     return replace(_tests(there, found.chosen, pool, reason, price), chance=(low, high), worth=worth)
 
 
-def _tests(there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, price: np.ndarray) -> plan.NextTests:
+def _tests(
+    there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str, price: np.ndarray
+) -> next_tests.NextTests:
     """Rows of a pool as specimens to be tested next, with quantities if several.
 
     Parameters
@@ -132,7 +135,7 @@ def _tests(there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str
     rows = there.rows
     indices = tuple(int(rows.of[i]) for i in chosen)
     several = chosen if rows.several else ()
-    return plan.NextTests(
+    return next_tests.NextTests(
         indices, tuple(pool[i] for i in indices), reason, quantities=tuple(rows.quantities[i] for i in several),
         costs=tuple(float(price[i]) for i in several),
     )
@@ -140,7 +143,7 @@ def _tests(there: PoolGrids, chosen: Sequence[int], pool: list[Any], reason: str
 
 def _hypotheses(
     design: Design, there: Mapping[Names, Grid], diagnosis: Findings | None
-) -> tuple[dict[Names, plan.Truth], list[tuple[Names, Names]], str]:
+) -> tuple[dict[Names, next_tests.Truth], list[tuple[Names, Names]], str]:
     """Explanations to be told apart: predictions, ordered pairs, and the reason.
 
     Several kept ones are told from one another. A single cause is held against every other of the list, or the
@@ -170,20 +173,20 @@ def _hypotheses(
             rivals = [n for n in verdict.tested if len(n) == 2 and n != kept[0]]
             rivals = sorted(rivals, key=lambda n: verdict.tested[n].deficit)[:_NEAREST] or [(n,) for n in kept[0]]
         return found, [(kept[0], r) for r in rivals], f"to hold {' + '.join(kept[0])} against the others"
-    visible = plan.confusable(design)  # each cause at a size that is clearly seen
-    truths: dict[Names, plan.Truth] = {}
+    visible = next_tests.confusable(design)  # each cause at a size that is clearly seen
+    truths: dict[Names, next_tests.Truth] = {}
     for cause in design.causes:
         size = max(visible.sizes[cause.name], key=lambda s: abs(s - cause.baseline))
         row = int(np.argmin(np.abs(design.singles[cause.name].sizes[0] - size)))
         here = at_measured(design.singles[cause.name])[row]
         beyond = at_measured(there[(cause.name,)])[row]
-        truths[(cause.name,)] = plan.Truth(tested=here, pool=beyond, inputs=np.zeros(design.inputs))
+        truths[(cause.name,)] = next_tests.Truth(tested=here, pool=beyond, inputs=np.zeros(design.inputs))
     names: list[Names] = [(c.name,) for c in design.causes]
     pairs = [(a, b) for a in names for b in names if a != b] or [(names[0], ())]
     return truths, pairs, "to tell the causes of the list apart"
 
 
-def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: Tested) -> plan.Truth:
+def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: Tested) -> next_tests.Truth:
     """Predictions of a fitted explanation here and on the pool, to first order.
 
     They start from the node next to the fit.
@@ -197,16 +200,16 @@ def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: T
 
     Returns
     -------
-    plan.Truth
-        Logarithms of predictions, and inputs in units of their noise, as ``plan`` takes them.
+    next_tests.Truth
+        Logarithms of predictions, and inputs in units of their noise, as ``next_tests`` takes them.
     """
     grid, pool = design.grid(names), there[names]
     fit = tested.fit
     here, beyond = (g.values_from(fit.node, fit.position)[0] for g in (grid, pool))
-    return plan.Truth(tested=here, pool=beyond, inputs=grid.z_at(fit.position)[0])
+    return next_tests.Truth(tested=here, pool=beyond, inputs=grid.z_at(fit.position)[0])
 
 
-def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:
+def _spread(covariate: str | None, pool: list[Any], k: int) -> next_tests.NextTests:
     """Next tests over the covariate that residuals vary with, from end to end.
 
     Without such a covariate they are any repeats, to measure the scatter.
@@ -237,7 +240,7 @@ def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:
     return _picked(picks, pool, f"to see how the residuals vary with {covariate}")
 
 
-def _picked(picks: np.ndarray, pool: list[Any], reason: str) -> plan.NextTests:
+def _picked(picks: np.ndarray, pool: list[Any], reason: str) -> next_tests.NextTests:
     """Specimens of a pool by numbers ``picks``, as tests to be made for a reason."""
     indices = tuple(int(i) for i in picks)
-    return plan.NextTests(indices, tuple(pool[i] for i in indices), reason)
+    return next_tests.NextTests(indices, tuple(pool[i] for i in indices), reason)

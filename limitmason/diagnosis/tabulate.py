@@ -12,7 +12,7 @@ from limitmason.checks import choice
 from limitmason.diagnosis.inference.grid import Tabulation
 from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.observations import Rows
-from limitmason.diagnosis.simulator import Job, Simulator
+from limitmason.diagnosis.simulator_calls import Job, Simulator
 from limitmason.diagnosis.size_nodes import (
     CELL,
     NODES,

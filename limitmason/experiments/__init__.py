@@ -10,8 +10,8 @@ A source is one folder here: data, ``source.json``, licence, and a module with i
 """
 
 from limitmason.display.notebook import shows
+from limitmason.experiments.experiment import Experiment, Option, Quantity, Source, TargetValue
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Option, Quantity, Source, TargetValue
 from limitmason.experiments.registry import all_cases, load, recipe_of, sources, specimens
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
 

@@ -7,9 +7,9 @@ from importlib import import_module
 
 from limitmason.answers.references import Cited
 from limitmason.errors import InputError
-from limitmason.experiments import tables
+from limitmason.experiments import source_folder
+from limitmason.experiments.experiment import Experiment
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment
 
 _SHOWN = 12
 """So many specimens are named in an error; a large source has two hundred."""
@@ -115,4 +115,4 @@ def papers_of(source: str) -> tuple[Cited, ...]:
 
     Nothing for a name that is none.
     """
-    return tables.papers_of(source) if source in sources() else ()
+    return source_folder.papers_of(source) if source in sources() else ()

@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.errors import InputError
 from limitmason.experiments import registry
-from limitmason.experiments.record import Experiment
+from limitmason.experiments.experiment import Experiment
 from limitmason.model import Loads
 from limitmason.storage.files import write_text
 from limitmason.storage.measured_table import MeasuredTable, force_factor, write_measured

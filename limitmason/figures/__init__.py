@@ -18,7 +18,7 @@ from limitmason.figures.deformation import animate, deformed
 from limitmason.figures.diagnosis_files import diagnosis_folder
 from limitmason.figures.diagnosis_panels import diagnosis
 from limitmason.figures.forces import contact_forces
-from limitmason.figures.history import history_curves, load_displacement
+from limitmason.figures.load_curves import history_curves, load_displacement
 from limitmason.figures.modes import mac_matrix, mode_shape
 from limitmason.figures.plastic_zones import plasticity
 from limitmason.figures.report_page import structure_report

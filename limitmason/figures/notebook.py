@@ -16,7 +16,7 @@ from limitmason.errors import InputError
 from limitmason.figures.collapse_mechanism import assembly, mechanism
 from limitmason.figures.confusion import confusable
 from limitmason.figures.diagnosis_panels import diagnosis
-from limitmason.figures.history import history_curves, load_displacement
+from limitmason.figures.load_curves import history_curves, load_displacement
 from limitmason.figures.modes import mac_matrix, mode_shape
 from limitmason.figures.safety import axle_envelope, load_region
 from limitmason.figures.studies import side_by_side, study_lines, varied

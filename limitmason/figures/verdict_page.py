@@ -16,8 +16,8 @@ from matplotlib.figure import Figure
 
 from limitmason.diagnosis import basis_text as rests_on
 from limitmason.diagnosis import verdict_text as said
+from limitmason.diagnosis.error_rates import OUTCOMES, Rehearsal
 from limitmason.diagnosis.inference.gain import told_error
-from limitmason.diagnosis.rehearse import OUTCOMES, Rehearsal
 from limitmason.diagnosis.report import check_lines
 from limitmason.figures.diagnosis_panels import diagnosis as diagnosis_figure
 from limitmason.figures.diagnosis_panels import with_unit

@@ -6,7 +6,7 @@ from limitmason.limit.axles import AxleEnvelope, axle_envelope
 from limitmason.limit.least_thickness import minimum_thickness
 from limitmason.limit.load_regions import load_region
 from limitmason.limit.load_set import LoadRegion
-from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.limit.program.static_theorem import Problem, make_problem
 from limitmason.limit.range.bracket import Bracket, limit_bracket
 from limitmason.limit.range.proven_range import ProvenRange, proven_range
 from limitmason.limit.settlement import settlement_analysis

@@ -13,7 +13,7 @@ from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
 from limitmason.limit.papers import papers_behind
 from limitmason.limit.parts import governed, independent_parts
-from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.limit.program.static_theorem import Problem, make_problem
 from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.law_table import refuse
 from limitmason.mechanics.model_notes import adds_model_notes

@@ -15,11 +15,11 @@ from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.limit.associative_prediction import prediction_from
 from limitmason.limit.interior_point.coverage import unsupported
+from limitmason.limit.program.clarabel_solver import BELOW_ZERO, Solution, carries_any, stands_under_dead_load
 from limitmason.limit.program.cones import Cones, make_cones
 from limitmason.limit.program.face_cells import Cells, refined
-from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.program.scaling import balanced, spread
-from limitmason.limit.program.static import BELOW_ZERO, Solution, carries_any, stands_under_dead_load
+from limitmason.limit.program.static_theorem import Problem, make_problem
 from limitmason.limit.solvers import choose_solver, solve_program
 from limitmason.limit.torsion import with_torsion_limit
 
@@ -71,7 +71,7 @@ def analyse(
 
     Parameters
     ----------
-    problem : from :func:`limitmason.limit.program.problem.make_problem`
+    problem : from :func:`limitmason.limit.program.static_theorem.make_problem`
     torsion_limit : limit each face's torsion about its centre of pressure to that of uniform pressure over this number
         (an estimate)
     solver : "auto", "clarabel" or "interior-point", see :mod:`limitmason.limit.solvers`

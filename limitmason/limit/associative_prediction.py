@@ -8,10 +8,10 @@ from limitmason.answers.acceptance import GAP, Certificate
 from limitmason.answers.results import Bound, BoundKind, FlowRule, Mechanism, Prediction, Status
 from limitmason.arrays import Array
 from limitmason.limit.associative_warnings import REASON, warnings_of
+from limitmason.limit.program.clarabel_solver import Solution, in_balance, opening_motion
 from limitmason.limit.program.face_cells import spread_cohesion
 from limitmason.limit.program.idle_joints import without_rounding
-from limitmason.limit.program.problem import Problem
-from limitmason.limit.program.static import Solution, in_balance, opening_motion
+from limitmason.limit.program.static_theorem import Problem
 from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.residuals import load_on_blocks
 from limitmason.model.load import Loads

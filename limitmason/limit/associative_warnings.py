@@ -4,7 +4,7 @@ import numpy as np
 
 from limitmason.answers.results import Prediction, Status
 from limitmason.limit.program.face_cells import spread_cohesion
-from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static_theorem import Problem
 from limitmason.limit.torsion import JUMPING, LAST
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import ASSOCIATIVE, notes

@@ -16,10 +16,10 @@ from limitmason.checks import positive, several
 from limitmason.errors import InputError, NotConverged
 from limitmason.geometry.convex_set import corners_of_half_spaces, extreme_points, extreme_rays, nearest_in_hull
 from limitmason.limit.load_set import HalfPlane, LoadRegion
+from limitmason.limit.program.clarabel_solver import opening_motion, solve_static
 from limitmason.limit.program.cones import make_cones
-from limitmason.limit.program.problem import Problem, make_problem
 from limitmason.limit.program.scaling import balanced
-from limitmason.limit.program.static import opening_motion, solve_static
+from limitmason.limit.program.static_theorem import Problem, make_problem
 from limitmason.limit.range.bracket import inside
 from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.contact_points import chosen_grid

@@ -11,7 +11,7 @@ import numpy as np
 from limitmason.answers.results import Range, Status
 from limitmason.arrays import Array
 from limitmason.limit.associative import analyse
-from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.limit.program.static_theorem import Problem, make_problem
 from limitmason.mechanics.residuals import total_load
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -63,7 +63,7 @@ def standing_margin(assembly: Assembly, loads: Loads, **model: Any) -> Margin:
     Parameters
     ----------
     loads : dead loads
-    model : contact_model, grid, in_plane of :func:`limitmason.limit.program.problem.make_problem`
+    model : contact_model, grid, in_plane of :func:`limitmason.limit.program.static_theorem.make_problem`
 
     Returns
     -------

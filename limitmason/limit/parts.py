@@ -13,7 +13,7 @@ import numpy as np
 from limitmason.answers.results import Bound, BoundKind, Prediction, Resultants, Status
 from limitmason.arrays import Index
 from limitmason.limit.associative import carry
-from limitmason.limit.program.problem import make_problem
+from limitmason.limit.program.static_theorem import make_problem
 from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.residuals import part_labels
 from limitmason.mechanics.resultants import resultants_from_points, scaled_mechanism
@@ -57,7 +57,7 @@ def governed(
     assembly, loads : the whole
     parts : from :func:`independent_parts`
     solve : prediction of an assembly in which the other parts are held
-    model : contact_model, grid, in_plane for :func:`limitmason.limit.program.problem.make_problem`
+    model : contact_model, grid, in_plane for :func:`limitmason.limit.program.static_theorem.make_problem`
     check_dead_load : whether every part must also stand without live load
 
     Returns

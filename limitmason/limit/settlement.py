@@ -13,7 +13,7 @@ from limitmason.errors import InputError
 from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.limit.associative import analyse
 from limitmason.limit.papers import papers_behind
-from limitmason.limit.program.problem import make_problem
+from limitmason.limit.program.static_theorem import make_problem
 from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.law_table import refuse

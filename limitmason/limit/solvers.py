@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 from limitmason.answers.results import Status
 from limitmason.errors import InputError
 from limitmason.limit.interior_point.coverage import unsupported
+from limitmason.limit.program.clarabel_solver import Solution, solve_static
 from limitmason.limit.program.cones import Cones
-from limitmason.limit.program.problem import Problem
-from limitmason.limit.program.static import Solution, solve_static
+from limitmason.limit.program.static_theorem import Problem
 
 SOLVERS = ("auto", "clarabel", "interior-point", "cvxpy")
 

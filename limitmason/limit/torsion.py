@@ -5,9 +5,9 @@ import numpy as np
 from limitmason.answers.results import Status
 from limitmason.arrays import Array
 from limitmason.geometry.polygon import centred_overlap, polar_mean_radius
+from limitmason.limit.program.clarabel_solver import Solution, solve_static
 from limitmason.limit.program.cones import TorsionLimit, make_cones
-from limitmason.limit.program.problem import Problem
-from limitmason.limit.program.static import Solution, solve_static
+from limitmason.limit.program.static_theorem import Problem
 
 MAX_ITERATIONS = 60
 """Programs solved in search of a pressure that fits its own torsion limit."""

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from limitmason.answers.results import Prediction, Resultants
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.geometry.slip import slip_integrals
+from limitmason.geometry.slip_integrals import slip_integrals
 from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.mechanics.residuals import PointState
 from limitmason.mechanics.rigid_motion import velocity

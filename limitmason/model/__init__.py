@@ -13,10 +13,10 @@ from limitmason.model.joint import Joint, LostBy, Unloading
 from limitmason.model.load import Loads
 from limitmason.model.material import Material
 from limitmason.model.plausibility import PlausibilityWarning
+from limitmason.model.ring_beam import ring_beam
 from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 from limitmason.model.support_motion import SupportMotion
 from limitmason.model.tie import Tie
-from limitmason.model.tied import ring_beam
 
 __all__ = [
     "DEGREES_OF_FREEDOM", "Assembly", "AssemblyArrays", "Block", "ContactError", "ContactWarning", "Interface", "Joint",

@@ -35,9 +35,9 @@ from limitmason.model.material import Material
 from limitmason.model.moved import renumbered, transformed
 from limitmason.model.plausibility import warn_of_blocks, warn_of_tolerance
 from limitmason.model.relaid import with_joint_laws, with_materials
+from limitmason.model.ring_beam import fitted
 from limitmason.model.support import Support
 from limitmason.model.tie import Tie
-from limitmason.model.tied import fitted
 
 
 class ContactError(InputError):

@@ -16,7 +16,7 @@ from limitmason.model.axles import axle_forces
 from limitmason.model.backfill import backfill_forces
 from limitmason.model.input import read_direction, read_vector
 from limitmason.model.load_arrays import LARGEST, LoadArrays
-from limitmason.model.patch import patch_forces
+from limitmason.model.patch_pressure import patch_forces
 from limitmason.model.plausibility import warn_of_point
 from limitmason.model.pressure import Pressure, side_forces
 
@@ -241,7 +241,7 @@ class Loads(LoadArrays):
         Notes
         -----
         The force is spread over the area of the faces within the patch, not over that of the patch: a pressure of 1 Pa
-        is laid on and scaled by force / area. See :func:`limitmason.model.patch.patch_forces`.
+        is laid on and scaled by force / area. See :func:`limitmason.model.patch_pressure.patch_forces`.
         """
         if force is None:
             pushes = Pressure.read("a patch", "force", pressure, level, unit_weight)

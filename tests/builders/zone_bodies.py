@@ -9,7 +9,7 @@ from dem.kernels import zone_arrays as arrays
 from dem.kernels import zones as kernel
 from dem.kernels.zone_measure import measure_zones
 from dem.kernels.zone_motion import advance_zones
-from dem.zones.model import make_zones
+from dem.zones.assemble_zones import make_zones
 from dem.zones.zoned_model import largest_eigenvalue, stable_masses
 from limitmason.deformable import PLANE_STRESS
 

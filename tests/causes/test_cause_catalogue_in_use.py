@@ -8,7 +8,7 @@ from cause_models import MODEL, MU, block, extend, value, wall
 import limitmason as lm
 from limitmason import causes as catalogue
 from limitmason.diagnosis import Cause, Measured, Noise, Study, simulate
-from limitmason.diagnosis.simulator import Extension
+from limitmason.diagnosis.simulator_calls import Extension
 from limitmason.errors import NotApplicable, NotConverged
 from limitmason.mechanics import law_table
 

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from limitmason import cli
-from limitmason.cli import main, models
+from limitmason.cli import main, solve_and_draw
 from limitmason.cli.parser import command_parser
 from limitmason.formats import read_json, read_prediction
 
@@ -38,7 +38,7 @@ def test_every_example_of_the_help_runs_as_printed(tmp_path, monkeypatch, capsys
     pytest.importorskip("shapely")
     pytest.importorskip("svg.path")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(models.webbrowser, "open", lambda address: True)
+    monkeypatch.setattr(solve_and_draw.webbrowser, "open", lambda address: True)
     printed = re.findall(r"^  limitmason (.*?)(?: {2,}.*)?$", cli.parser._EPILOG, re.MULTILINE)
     assert len(printed) > 20
     for line in printed:
@@ -298,7 +298,7 @@ def test_a_drawing_is_an_assembly(tmp_path):
 
 def test_a_scene_is_written_and_opened_on_demand(tmp_path, capsys, monkeypatch):
     opened = []
-    monkeypatch.setattr(models.webbrowser, "open", opened.append)
+    monkeypatch.setattr(solve_and_draw.webbrowser, "open", opened.append)
     model, scene = tmp_path / "wall.json", tmp_path / "scene.html"
     assert main(["template", str(model)]) == 0
     assert main(["view", str(model), "-o", str(scene)]) == 0

@@ -8,7 +8,7 @@ import pytest
 
 from limitmason import cli, comparison, experiments
 from limitmason.diagnosis import Noise, Study
-from limitmason.diagnosis.simulator import Job, Simulator
+from limitmason.diagnosis.simulator_calls import Job, Simulator
 from limitmason.experiments.series import packaged_table
 from limitmason.formats import read_measured, write_measured
 

@@ -23,7 +23,7 @@ from walls import running_bond
 import dem
 import limitmason as lm
 from limitmason import cli, comparison, diagnosis, experiments, methods
-from limitmason.cli import models, pushover
+from limitmason.cli import pushover, solve_and_draw
 from limitmason.comparison import wall_ladder
 from limitmason.study import memo
 
@@ -237,7 +237,7 @@ def run(canned, tmp_path, monkeypatch, capsys):
         return lm.Curve(np.array([0.0, 1e-3]), np.array([0.0, 5.0]), status="finished")
 
     pushed = methods.Method("dem", None, drive=drive)
-    monkeypatch.setattr(models, "predict", predict)
+    monkeypatch.setattr(solve_and_draw, "predict", predict)
     # of a table only the runs are replaced: it is the table that hands every option on to them
     row = recorder("run", comparison.run(experiments.load("pavia-tilting", "S1")))
     monkeypatch.setattr(sys.modules["limitmason.comparison.specimen"], "run", row)
@@ -249,8 +249,8 @@ def run(canned, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(diagnosis, "investigate", investigate)
     monkeypatch.setattr(lm.figures, "diagnosis_folder", written)
     # what a figure shows is tested elsewhere: here it counts that it is drawn, of what, and how
-    monkeypatch.setattr(models, "draw", lambda *a, **o: note("draw", a[:2], a[3] and a[3].method, a[4:], o))
-    monkeypatch.setattr(models.webbrowser, "open", lambda address: note("open", Path(address).name))
+    monkeypatch.setattr(solve_and_draw, "draw", lambda *a, **o: note("draw", a[:2], a[3] and a[3].method, a[4:], o))
+    monkeypatch.setattr(solve_and_draw.webbrowser, "open", lambda address: note("open", Path(address).name))
     drawn = SimpleNamespace(savefig=lambda path, **_: note("draw", path))
     monkeypatch.setattr(lm.figures, "predicted_beside_references", lambda _: drawn)
     monkeypatch.setattr(

@@ -6,7 +6,7 @@ import pytest
 import limitmason as lm
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, polynomial_block, polynomial_blocks
 from limitmason.deformable.elasticity import Elasticity
-from limitmason.deformable.shapes import volume_points
+from limitmason.deformable.polynomial_body import volume_points
 from limitmason.errors import InputError
 
 E, NU, RHO = 2e9, 0.25, 1800.0

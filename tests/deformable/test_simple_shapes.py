@@ -5,7 +5,7 @@ import pytest
 
 import limitmason as lm
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, SOLID, Elasticity, simply_deformable_block
-from limitmason.deformable.shapes import block_axes, volume_points
+from limitmason.deformable.polynomial_body import block_axes, volume_points
 from limitmason.geometry.polyhedron import Solid, box, face_planes, prism
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.block import Block

@@ -24,7 +24,7 @@ from dem.kernels import compiled
 from dem.kernels.zone_motion import advance_zones
 from dem.model.advance import run_constant
 from dem.zones import running
-from dem.zones.model import make_model
+from dem.zones.assemble_zones import make_model
 
 
 @pytest.mark.parametrize(

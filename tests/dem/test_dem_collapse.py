@@ -10,7 +10,7 @@ from walls import beside_or_on_a_large_block, lattice_weights, on_slab, running_
 import dem
 import limitmason as lm
 from dem.kernels import LAW
-from dem.model.held_load import hold
+from dem.model.rest_or_collapse import hold
 from dem.model.unbalance import Scale
 
 collapse = functools.partial(dem.collapse, error_budget=())

@@ -5,7 +5,7 @@ import pytest
 
 import dem
 import limitmason as lm
-from dem.stages.floor import Floor
+from dem.stages.debris_floor import Floor
 from limitmason.geometry import box
 
 JOINT = lm.Joint(33.0, normal_stiffness=2e8, shear_stiffness=1e8)

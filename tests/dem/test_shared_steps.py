@@ -11,7 +11,7 @@ from walls import on_slab
 import dem
 import limitmason as lm
 from dem import kernels
-from dem.kernels import team
+from dem.kernels import threads as kernel_threads
 from dem.model import shared_steps
 from dem.model.advance import run_constant
 from dem.model.initial_state import initial_state
@@ -145,12 +145,12 @@ def test_who_fails_before_the_first_step_leaves_the_other_nowhere_and_the_state_
 
 
 def test_one_thread_in_workers_and_where_numba_has_one(monkeypatch):
-    monkeypatch.setitem(vars(team.config), "NUMBA_NUM_THREADS", 2)
+    monkeypatch.setitem(vars(kernel_threads.config), "NUMBA_NUM_THREADS", 2)
     here = kernels.threads_allowed()
     with ThreadPoolExecutor(1) as pool:
         assert pool.submit(kernels.threads_allowed).result() == 1
     assert here == (2 if threading.current_thread() is threading.main_thread() else 1)
-    monkeypatch.setitem(vars(team.config), "NUMBA_NUM_THREADS", 1)
+    monkeypatch.setitem(vars(kernel_threads.config), "NUMBA_NUM_THREADS", 1)
     assert kernels.threads_allowed() == 1
     # an executor says when its process dies; a pool would wait for ever for what that process had taken
     with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:

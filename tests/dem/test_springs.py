@@ -5,7 +5,7 @@ import pytest
 
 import dem
 import limitmason as lm
-from dem.kernels.spring_stiffness import RUN, _pairwise
+from dem.kernels.block_contact_stiffness import RUN, _pairwise
 from dem.model.stable_step import block_stiffness, owners, point_motions, point_stiffness, scaled_masses
 
 WALL = lm.build.wall(length=0.8, courses=3, unit=(0.4, 0.2, 0.1), joint=lm.Joint(30.0, normal_stiffness=1e9))

@@ -12,7 +12,7 @@ from dem.kernels.zone_arrays import Z_PLASTIC, Z_SUPPORT
 from dem.kernels.zone_plasticity import MAT_D, MAT_DN, MAT_G, SHEAR_NOW, TENSION_NOW, stress_return
 from dem.model.state import UnstableError
 from dem.zones import running
-from dem.zones.model import make_model, material_row
+from dem.zones.assemble_zones import make_model, material_row
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS, Elasticity
 
 PLANES = (PLANE_STRESS, PLANE_STRAIN)

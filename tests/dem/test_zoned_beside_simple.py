@@ -12,7 +12,7 @@ import limitmason as lm
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_SIZE
 from dem.model.state import UnstableError
 from dem.zones import running
-from dem.zones.model import make_model
+from dem.zones.assemble_zones import make_model
 from dem.zones.zoned_model import contact_matrix, freedoms, stiffness
 
 BRICK = lm.Material(young_modulus=16.7e9, poisson_ratio=0.15, density=2000.0)

@@ -7,7 +7,7 @@ import dem
 import limitmason as lm
 from dem.kernels.zone_motion import _net
 from dem.zones import running
-from dem.zones.model import make_model, set_loads
+from dem.zones.assemble_zones import make_model, set_loads
 from limitmason.deformable import PLANE_STRAIN, PLANE_STRESS
 from limitmason.errors import InputError
 

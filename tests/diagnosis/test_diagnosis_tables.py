@@ -15,7 +15,7 @@ from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.trends import Trends
-from limitmason.diagnosis.simulator import Job, Simulator
+from limitmason.diagnosis.simulator_calls import Job, Simulator
 from limitmason.study import Memo
 
 X = np.linspace(0.2, 1.0, 10)

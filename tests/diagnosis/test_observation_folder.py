@@ -6,7 +6,7 @@ import pytest
 
 from limitmason.cli import main
 from limitmason.diagnosis import Cause, Study
-from limitmason.diagnosis.read_folder import write_folder
+from limitmason.diagnosis.study_from_folder import write_folder
 from limitmason.errors import InputError
 
 

@@ -12,8 +12,8 @@ from limitmason import causes
 from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study, curves
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, predicted_evidence
 from limitmason.diagnosis.outliers import outliers
-from limitmason.diagnosis.read_folder import write_folder
 from limitmason.diagnosis.simulate import several
+from limitmason.diagnosis.study_from_folder import write_folder
 from limitmason.errors import InputError
 
 SCATTER = {"peak": 0.04, "stiffness": 0.05, "frequency 1": 0.01}

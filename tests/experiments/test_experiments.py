@@ -12,7 +12,7 @@ import pytest
 from limitmason import comparison, experiments
 from limitmason.comparison import specimen
 from limitmason.errors import InputError, NotConverged
-from limitmason.experiments import Quantity, record, registry
+from limitmason.experiments import Quantity, experiment, registry
 from limitmason.limit import limit_analysis
 from limitmason.methods import predict
 from limitmason.model.assembly import Assembly
@@ -30,7 +30,7 @@ def active_contacts(assembly: Assembly) -> int:
 
 
 def predicted(test: experiments.Experiment, **arguments) -> float:
-    rows = comparison.run(test, kinds=record.KINDS, **arguments)
+    rows = comparison.run(test, kinds=experiment.KINDS, **arguments)
     return next(r.predicted for r in rows if r.prediction is not None)
 
 
@@ -388,7 +388,7 @@ def test_bnw_with_high_friction_fails_by_rocking_with_crushing_in_closed_form(na
 
 
 def test_rows_keep_reference_prediction_and_ratio_and_share_one_solution():
-    rows = comparison.run(experiments.load(FERRIS, "wall-1"), flow_rule="associative", kinds=record.KINDS)
+    rows = comparison.run(experiments.load(FERRIS, "wall-1"), flow_rule="associative", kinds=experiment.KINDS)
     assert [(r.quantity, r.kind) for r in rows] == [
         ("associative", "published"),
         ("HybriDFEM associative", "published"),

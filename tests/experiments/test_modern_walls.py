@@ -8,7 +8,7 @@ import mechanisms
 from limitmason import experiments
 from limitmason.errors import InputError
 from limitmason.experiments.modern_walls import MODELS, inputs, units_per_course
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 
 NAME = "modern-walls"
 WALLS = {r["specimen"]: r for r in read_table(NAME, "walls.csv").rows}

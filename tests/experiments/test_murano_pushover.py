@@ -19,7 +19,7 @@ from limitmason.limit import limit_analysis
 from limitmason.mechanics.contact_points import contact_points
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
-from limitmason.model.patch import patch_forces
+from limitmason.model.patch_pressure import patch_forces
 from limitmason.model.pressure import Pressure
 
 SOURCE = "murano-u-walls"

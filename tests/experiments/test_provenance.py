@@ -10,7 +10,7 @@ import pytest
 
 from limitmason import experiments
 from limitmason.experiments import load, sources
-from limitmason.experiments.tables import (
+from limitmason.experiments.source_folder import (
     checksum,
     folder,
     parse_table,

@@ -8,7 +8,7 @@ import pytest
 import limitmason as lm
 from limitmason import experiments
 from limitmason.geometry import box, polar_mean_radius
-from limitmason.geometry.slip import slip_integrals
+from limitmason.geometry.slip_integrals import slip_integrals
 from limitmason.limit import limit_bracket
 from limitmason.limit.program.face_cells import wedges
 

@@ -11,9 +11,9 @@ import limitmason as lm
 from limitmason.answers.results import Status
 from limitmason.geometry import box
 from limitmason.limit.interior_point.coverage import unsupported
+from limitmason.limit.program.clarabel_solver import solve_static, stands_under_dead_load
 from limitmason.limit.program.cones import make_cones
-from limitmason.limit.program.problem import make_problem
-from limitmason.limit.program.static import solve_static, stands_under_dead_load
+from limitmason.limit.program.static_theorem import make_problem
 from limitmason.limit.solvers import choose_solver
 
 FRICTION = lm.Joint.from_friction_coefficient(0.65)

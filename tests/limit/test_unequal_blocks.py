@@ -8,8 +8,8 @@ import limitmason as lm
 from limitmason.geometry import box
 from limitmason.limit import settlement_analysis
 from limitmason.limit.parts import independent_parts
-from limitmason.limit.program.problem import make_problem
 from limitmason.limit.program.scaling import balanced, spread
+from limitmason.limit.program.static_theorem import make_problem
 
 DIRECTIONS = [(1, 0, 0), (0.8, 0.6, 0)]
 

@@ -10,10 +10,10 @@ from walls import running_bond
 import limitmason as lm
 from limitmason.geometry import box
 from limitmason.limit.associative_prediction import prediction_from
+from limitmason.limit.program.clarabel_solver import solve_static
 from limitmason.limit.program.cones import make_cones
 from limitmason.limit.program.face_cells import whole_faces
-from limitmason.limit.program.problem import make_problem
-from limitmason.limit.program.static import solve_static
+from limitmason.limit.program.static_theorem import make_problem
 from limitmason.mechanics.certificate import certify
 
 

@@ -10,7 +10,7 @@ import limitmason as lm
 from limitmason import experiments
 from limitmason.answers.references import DATA, PROGRAM, ROLES, SOLVER, THEORY, Citation, Cited, Reference
 from limitmason.errors import InputError
-from limitmason.experiments.tables import read_source
+from limitmason.experiments.source_folder import read_source
 from limitmason.limit.papers import papers_behind
 from limitmason.methods import METHODS, get_method
 

@@ -7,7 +7,7 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments
-from limitmason.capacity import Steps, path, stepping
+from limitmason.capacity import Steps, path, step_equilibrium
 from limitmason.capacity import system as equations
 from limitmason.capacity.kinematics import at_rest
 
@@ -30,13 +30,13 @@ def test_a_path_in_the_reference_geometry_is_refused(monkeypatch):
 
 
 def test_a_path_that_does_not_commit_its_history_is_refused(monkeypatch):
-    real = stepping.node_of
+    real = step_equilibrium.node_of
 
     def forgetful(system, solved, *arguments, **options):
         node = real(system, solved, *arguments, **options)
         return node._replace(history=node.history._replace(slip=np.zeros_like(node.history.slip)))
 
-    monkeypatch.setattr(stepping, "node_of", forgetful)
+    monkeypatch.setattr(step_equilibrium, "node_of", forgetful)
     w = lm.build.column(width=0.4, depth=0.4, height=0.2, courses=1, joint=lm.Joint(25.0))
     curve = lm.pushover(w, lm.Loads.horizontal(w), to=0.01, stiffness=1e8, steps=Steps(most=30))
     assert not all(c.accepted for c in curve.certificates)

@@ -12,7 +12,7 @@ import limitmason as lm
 from limitmason.capacity import contacts
 from limitmason.capacity.contacts import standard_points
 from limitmason.capacity.outcomes import PathEnd
-from limitmason.capacity.steps import bend
+from limitmason.capacity.step_length import bend
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import contact_points
 

@@ -7,7 +7,7 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments
-from limitmason.capacity import frozen_friction, interior, stepping
+from limitmason.capacity import frozen_friction, interior, step_equilibrium
 from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.kinematics import at_rest, contact, geometric_stiffness, make_bodies, moved
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, trial
@@ -88,7 +88,7 @@ def test_descent_interior_path_and_programs_find_the_same_states(psi, to, modulu
         system = curve.generations.systems[0]
         ratio = float(np.abs(system.loads.live).sum())
         start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
-        programs = stepping.by_programs(system, *start)[0]
+        programs = step_equilibrium.by_programs(system, *start)[0]
         for way in (frozen_friction, interior) if to[1] == 0.0 else (frozen_friction,):
             found = way.solve(system, node.pose, node.multiplier, node.history, target)
             assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
@@ -179,7 +179,7 @@ def test_factors_in_the_kept_order_solve_what_was_asked():
 @pytest.mark.parametrize("name, minimum", [("wall-2", 0.563), ("wall-4", 0.264)])
 def test_a_path_without_programs_ends_at_the_published_minimum(name, minimum, monkeypatch):
     """As from 200 points on; the certificate of every step is as strict."""
-    monkeypatch.setattr(stepping, "MANY", 0)
+    monkeypatch.setattr(step_equilibrium, "MANY", 0)
     test = experiments.load("ferris-tin-loi-2001", name, dilatancy_deg=0.0)
     curve = lm.pushover(test.assembly(), test.loads(), stiffness=1e10)
     assert curve.cost.programs <= 1  # the dead load
@@ -218,8 +218,8 @@ def test_blocks_in_space_come_down_on_each_other_from_two_hundred_points_on():
     wall = lm.build.wall(length=1.6, courses=5, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0, 0.0))
     gaps = np.random.default_rng(1).uniform(0.0, 2e-4, len(contact_points(wall).area))
     curve = lm.pushover(wall, lm.Loads.horizontal(wall, (0, 1, 0)), stiffness=1e10, gaps=gaps, to=1e-8)
-    assert stepping.MANY <= curve.structure.points.count < stepping.MANY_BY_DESCENT
-    assert not stepping.descent_first(curve.generations.systems[0])
+    assert step_equilibrium.MANY <= curve.structure.points.count < step_equilibrium.MANY_BY_DESCENT
+    assert not step_equilibrium.descent_first(curve.generations.systems[0])
     assert curve.status == "reached"
     assert all(c.accepted for c in curve.certificates)
 
@@ -229,7 +229,7 @@ def test_programs_that_were_not_solved_are_not_counted(monkeypatch):
     wall = lm.build.wall(length=1.2, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0, 0.0))
     curve = lm.pushover(wall, lm.Loads.horizontal(wall), stiffness=1e10, to=1e-6)
     system, node = curve.generations.systems[0], curve.nodes[-1]
-    monkeypatch.setattr(stepping, "MANY", 0)
+    monkeypatch.setattr(step_equilibrium, "MANY", 0)
     way, missed = interior.solve, []
 
     def first_two_missed(*given, **options):
@@ -238,7 +238,7 @@ def test_programs_that_were_not_solved_are_not_counted(monkeypatch):
 
     monkeypatch.setattr(interior, "solve", first_two_missed)
     monkeypatch.setattr(frozen_friction, "solve", lambda *_, **__: None)
-    found = stepping.jump(system, node, node.control + 1e-7, 1.0)
+    found = step_equilibrium.jump(system, node, node.control + 1e-7, 1.0)
     assert found is not None
     assert found.jump
     assert len(missed) > 2

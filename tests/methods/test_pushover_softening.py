@@ -10,7 +10,7 @@ from referee.paths import finer
 
 import dem
 import limitmason as lm
-from limitmason.capacity import Steps, breaking, certificate, path, stepping
+from limitmason.capacity import Steps, breaking, certificate, path, step_equilibrium
 from limitmason.capacity.breaking import overload
 from limitmason.capacity.certificate import certify
 from limitmason.capacity.kinematics import moved
@@ -383,13 +383,13 @@ def test_how_far_a_bond_is_past_the_tip_of_its_cone_counts_however_little_it_sli
 
 
 def test_a_path_that_forgets_its_damage_is_refused(monkeypatch):
-    real = stepping.node_of
+    real = step_equilibrium.node_of
 
     def healed(system, solved, *arguments, **options):
         node = real(system, solved, *arguments, **options)
         return node._replace(history=node.history._replace(damage=np.zeros_like(node.history.lift)))
 
-    monkeypatch.setattr(stepping, "node_of", healed)
+    monkeypatch.setattr(step_equilibrium, "node_of", healed)
     wall, loads, _ = pulled(cohesion=1e6, tensile_strength=1e5, fracture_energy_tension=20.0)
     curve = lm.pushover(wall, loads, to=3e-4, steps=Steps(most=60))
     assert not all(c.accepted for c in curve.certificates)

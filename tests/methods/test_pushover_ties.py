@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import dem
 import limitmason as lm
-from limitmason.capacity import frozen_friction, stepping, system, ties
+from limitmason.capacity import frozen_friction, step_equilibrium, system, ties
 from limitmason.capacity.kinematics import at_rest, moved
 from limitmason.errors import NotApplicable
 
@@ -167,7 +167,7 @@ def test_newton_descent_and_programs_find_the_same_tensions():
     for k in range(2, curve.first_limit_point.index - 3, 3):
         node, target = curve.nodes[k], curve.nodes[k + 3].control
         start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
-        programs = stepping.by_programs(made, *start)[0]
+        programs = step_equilibrium.by_programs(made, *start)[0]
         found = frozen_friction.solve(made, node.pose, node.multiplier, node.history, target)
         assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
         assert found.state.pulled.tension == pytest.approx(programs.state.pulled.tension, abs=1e-4)
@@ -206,13 +206,13 @@ def test_blocks_that_deform_refuse_ties_by_name():
 
 
 def test_a_path_that_forgets_what_a_tie_has_yielded_is_refused(monkeypatch):
-    real = stepping.node_of
+    real = step_equilibrium.node_of
 
     def forgetful(made, solved, *arguments, **options):
         node = real(made, solved, *arguments, **options)
         return node._replace(history=node.history._replace(stretched=np.zeros_like(node.history.stretched)))
 
-    monkeypatch.setattr(stepping, "node_of", forgetful)
+    monkeypatch.setattr(step_equilibrium, "node_of", forgetful)
     curve = lm.pushover(*pier(), to=0.02, stiffness=1e9)
     assert not all(c.accepted for c in curve.certificates)
 

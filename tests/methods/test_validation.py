@@ -48,7 +48,7 @@ MODULE = '''
 
 from limitmason.answers.curve import Curve
 from limitmason.experiments import Departure, Experiment, Recipe, Settings, Shown, TargetValue, Variant
-from limitmason.experiments.tables import read_source, read_table
+from limitmason.experiments.source_folder import read_source, read_table
 from limitmason.geometry import box
 from limitmason.model import Assembly, Joint, Loads
 

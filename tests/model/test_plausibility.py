@@ -121,7 +121,7 @@ def test_falling_mechanism_is_drawn_and_its_blocks_named(tmp_path, capsys, monke
     from dataclasses import replace
 
     from limitmason.answers.results import Status
-    from limitmason.cli import main, models
+    from limitmason.cli import main, solve_and_draw
 
     column = make_column(names=["ground", "low", "middle", "top"])
     rocks = rocking(column, [2, 3], (1.0, 0.25, 1.0))
@@ -132,7 +132,7 @@ def test_falling_mechanism_is_drawn_and_its_blocks_named(tmp_path, capsys, monke
     assert "status: cannot stand under dead load" in said
     assert "nan" not in said
     lm.formats.write_json(tmp_path / "m.json", column, lm.Loads.horizontal(column))
-    monkeypatch.setattr(models, "predict", lambda *_, **__: falls)
+    monkeypatch.setattr(solve_and_draw, "predict", lambda *_, **__: falls)
     for command in (["solve", str(tmp_path / "m.json"), "--figure", str(tmp_path / "f.png")],
                     ["figure", "mechanism", str(tmp_path / "m.json"), "-o", str(tmp_path / "g.png")]):
         assert main(command) == 3
@@ -140,7 +140,7 @@ def test_falling_mechanism_is_drawn_and_its_blocks_named(tmp_path, capsys, monke
     assert (tmp_path / "f.png").exists()
     assert (tmp_path / "g.png").exists()
     none = make_prediction(column, None, status=Status.CANNOT_STAND)
-    monkeypatch.setattr(models, "predict", lambda *_, **__: none)
+    monkeypatch.setattr(solve_and_draw, "predict", lambda *_, **__: none)
     assert main(["figure", "mechanism", str(tmp_path / "m.json"), "-o", str(tmp_path / "h.png")]) == 3
     assert not (tmp_path / "h.png").exists()
     assert np.isnan(falls.collapse_multiplier)

@@ -10,7 +10,7 @@ import pytest
 import limitmason as lm
 from limitmason import experiments, study
 from limitmason.errors import InputError
-from limitmason.experiments.tables import folder, parse_table, read_description, read_table
+from limitmason.experiments.source_folder import folder, parse_table, read_description, read_table
 from limitmason.storage import csv_table
 from limitmason.storage.csv_table import parsed, table_text, write_table
 from limitmason.storage.measured_table import read_measured, write_measured

@@ -12,8 +12,8 @@ import limitmason as lm
 from dem import kernels
 from dem.model import initial_state
 from limitmason.limit import associative, torsion
-from limitmason.limit.program import problem
-from limitmason.limit.program.static import Carried
+from limitmason.limit.program import static_theorem
+from limitmason.limit.program.clarabel_solver import Carried
 from limitmason.mechanics.equilibrium import equilibrium_matrix
 
 pytestmark = pytest.mark.slow
@@ -70,7 +70,7 @@ def test_dropped_lever_arm(monkeypatch):
         moved = dataclasses.replace(points, position=points.position - 0.1 * points.directions[:, 1])
         return equilibrium_matrix(assembly, moved, plane=plane)
 
-    monkeypatch.setattr(problem, "equilibrium_matrix", without_arm)
+    monkeypatch.setattr(static_theorem, "equilibrium_matrix", without_arm)
     caught("limit/test_closed_forms.py::test_stack_rocks_about_the_lowest_joint[None]")
     caught("limit/test_certificate.py::test_associative_prediction_is_certified[corner]")
     caught("limit/test_certificate.py::test_associative_prediction_is_certified[wall in plane]")
@@ -82,7 +82,7 @@ def test_flipped_normal(monkeypatch):
         directions[points.interface == points.interface[0]] *= -1.0
         return equilibrium_matrix(assembly, dataclasses.replace(points, directions=directions), plane=plane)
 
-    monkeypatch.setattr(problem, "equilibrium_matrix", flipped)
+    monkeypatch.setattr(static_theorem, "equilibrium_matrix", flipped)
     caught("limit/test_closed_forms.py::test_stack_rocks_about_the_lowest_joint[None]")
 
 
@@ -93,13 +93,13 @@ def test_friction_five_per_cent_high(monkeypatch):
 
 
 def test_contact_areas_five_per_cent_high(monkeypatch):
-    original = problem.contact_points
+    original = static_theorem.contact_points
 
     def larger(*arguments, **options):
         points = original(*arguments, **options)
         return dataclasses.replace(points, area=1.05 * points.area)
 
-    monkeypatch.setattr(problem, "contact_points", larger)
+    monkeypatch.setattr(static_theorem, "contact_points", larger)
     caught("limit/test_joint_law.py::test_cohesion_adds_to_sliding")
     caught("limit/test_joint_law.py::test_tension_is_plastic_and_says_so")
 
@@ -160,7 +160,7 @@ def test_a_lost_contact(monkeypatch):
 
 def test_mechanism_of_another_wall(monkeypatch):
     # velocities scaled block by block no longer fit together: the certificate must see it
-    from limitmason.limit.program.problem import Problem
+    from limitmason.limit.program.static_theorem import Problem
 
     original = Problem.twists
 

@@ -12,7 +12,7 @@ import dem
 import limitmason as lm
 from limitmason.deformable.levels import SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 from validation.kept_runs import with_section
 
 

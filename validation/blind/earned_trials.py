@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from limitmason.diagnosis import Extension, Rule
-from limitmason.diagnosis.inference.plan import distances
+from limitmason.diagnosis.inference.next_tests import distances
 from limitmason.diagnosis.inference.shared_noise import assumed
 
 from . import campaign_store as store

@@ -10,7 +10,7 @@ import numpy as np
 
 from limitmason.diagnosis import Noise, Study
 from limitmason.diagnosis.inference.grid import at_measured
-from limitmason.diagnosis.inference.plan import distances
+from limitmason.diagnosis.inference.next_tests import distances
 
 from . import surrogate
 

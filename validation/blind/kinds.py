@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from limitmason.diagnosis.rehearse import binomial_interval
+from limitmason.diagnosis.error_rates import binomial_interval
 from limitmason.diagnosis.verdict_text import headline
 
 from . import campaigns

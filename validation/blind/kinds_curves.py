@@ -8,7 +8,7 @@ together. Cohesion is not on the list: a path ends where open joints still bear 
 """
 
 import limitmason as lm
-from limitmason.capacity.steps import Steps
+from limitmason.capacity.step_length import Steps
 
 from . import campaigns
 from .kinds_designs import CAUSES, Trials, build

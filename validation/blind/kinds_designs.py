@@ -15,7 +15,7 @@ import limitmason as lm
 from limitmason import causes as catalogue
 from limitmason.causes import declare, elastic_displacements
 from limitmason.diagnosis import Observation, Study
-from limitmason.diagnosis.inference.plan import distances
+from limitmason.diagnosis.inference.next_tests import distances
 from limitmason.diagnosis.simulate import SLOW, several
 from limitmason.vibration import ModalTest
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from limitmason.diagnosis.inference.plan import distances
-from limitmason.diagnosis.rehearse import binomial_interval
+from limitmason.diagnosis.error_rates import binomial_interval
+from limitmason.diagnosis.inference.next_tests import distances
 
 from . import campaigns
 from .kinds import SEED, SETS, found_words, outcome, stated

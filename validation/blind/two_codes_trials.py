@@ -16,7 +16,7 @@ from itertools import zip_longest
 import numpy as np
 
 from limitmason.diagnosis import Noise, Study
-from limitmason.diagnosis.inference.plan import distances
+from limitmason.diagnosis.inference.next_tests import distances
 
 from . import hide, score, small_walls, surrogate
 from .small_walls import CAUSES, DEM, LIMIT, SPECIMENS, STORE, Simulator

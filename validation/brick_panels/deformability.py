@@ -9,7 +9,7 @@ import numpy as np
 
 from limitmason.deformable.levels import LUMPED, RITZ, SIMPLY_DEFORMABLE, ZONED
 from limitmason.display.text_table import markdown
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 
 from .runs import (
     GIVEN_UP,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.display.text_table import markdown
 from limitmason.experiments.brick_panels_opening.layout import OUTLINES
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 
 from .runs import NAME, SPACING, Onsets, Runs
 

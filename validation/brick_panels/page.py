@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from limitmason.display.progress import watched
 from limitmason.display.text_table import markdown
 from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 
 from . import bricks, deformability, onset, residual
 from .runs import NAME, STEPS, Answer, Runs

@@ -20,7 +20,7 @@ from limitmason import study
 from limitmason.display.text_table import markdown
 from limitmason.experiments import load
 from limitmason.experiments.brick_panels_opening.layout import OUTLINES
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 from limitmason.storage.csv_table import parsed, write_table
 from validation.kept_runs import with_section
 from validation.stochastic.readings import MOVED, told

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from limitmason.experiments.record import Experiment, TargetValue
+from limitmason.experiments.experiment import Experiment, TargetValue
 from limitmason.experiments.registry import all_cases, load, recipe_of, specimens, tabled
 from limitmason.experiments.shown import Settings
 from limitmason.model.assembly import Assembly

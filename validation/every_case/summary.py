@@ -7,7 +7,7 @@ from limitmason.comparison.rows import Row
 from limitmason.comparison.specimen import run
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import markdown, markdown_line
-from limitmason.experiments.record import Experiment
+from limitmason.experiments.experiment import Experiment
 from limitmason.experiments.registry import all_cases
 
 from .page import names_of, span

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.experiments.pavia_tilting import CORNERS, NAME
-from limitmason.experiments.tables import read_table
+from limitmason.experiments.source_folder import read_table
 
 PUBLISHED = ("lambda_3dec_zero_dilatancy", "lambda_3dec_dilatant")
 GROUPS = {"S1": "S1-S3", "S2": "S1-S3", "S3": "S1-S3", "S8": "S8-S9", "S9": "S8-S9"}

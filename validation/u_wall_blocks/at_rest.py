@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from limitmason.capacity import PushoverCurve, Steps
 from limitmason.experiments import murano_u_walls as murano
-from limitmason.experiments.record import Experiment
+from limitmason.experiments.experiment import Experiment
 from limitmason.model.assembly import Assembly
 from validation import murano_micro as micro
 

@@ -16,7 +16,7 @@ import dem
 import limitmason as lm
 from limitmason import experiments
 from limitmason.experiments import murano_u_walls as murano
-from limitmason.experiments.record import Experiment
+from limitmason.experiments.experiment import Experiment
 from limitmason.model.assembly import Assembly
 from limitmason.storage.csv_table import parsed, write_table
 

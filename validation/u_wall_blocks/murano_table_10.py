@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 from limitmason.errors import InputError
 from mechanisms.facade_rocking import compound_rocking, rocking_terms, simple_rocking
-from mechanisms.flexure import horizontal_flexure
 from mechanisms.friction import FrictionSums
+from mechanisms.horizontal_flexure import horizontal_flexure
 from mechanisms.optimum import ratio
 from mechanisms.parameters import Facade
 

@@ -17,7 +17,7 @@ from limitmason import experiments
 from limitmason.capacity import Steps
 from limitmason.capacity.point_range import OPENING, SLIP, point_range
 from limitmason.display.text_table import markdown
-from limitmason.experiments.record import Experiment
+from limitmason.experiments.experiment import Experiment
 from limitmason.mechanics.law import PointLaw, interface_law
 from limitmason.model.assembly import Assembly
 from limitmason.storage.csv_table import parsed, write_table

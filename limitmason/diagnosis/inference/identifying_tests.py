@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.diagnosis.inference.discrepancy import Discrepancy
-from limitmason.diagnosis.inference.plan import CLEAR, MANY
+from limitmason.diagnosis.inference.next_tests import CLEAR, MANY
 
 
 def equivalent_tests(

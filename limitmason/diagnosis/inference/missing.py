@@ -10,8 +10,8 @@ from limitmason.diagnosis.inference.design import Design, Listed, Names
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, by_kind
 from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.grid import Grid, at_measured
+from limitmason.diagnosis.inference.next_tests import NINE_IN_TEN, distances, reached_at
 from limitmason.diagnosis.inference.noise import Draws
-from limitmason.diagnosis.inference.plan import NINE_IN_TEN, distances, reached_at
 
 _STREAM = 78  # second number of the seed: these draws are others than those of a verdict or a rehearsal
 LEAST = 3.0 + NINE_IN_TEN  # the gate's critical distance is near 3 for lists of 10 to 20 causes

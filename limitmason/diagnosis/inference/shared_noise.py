@@ -14,7 +14,7 @@ from scipy.cluster.hierarchy import fcluster, linkage
 
 from limitmason.diagnosis.inference.design import Design, Listed
 from limitmason.diagnosis.inference.grid import at_measured
-from limitmason.diagnosis.inference.plan import NINE_IN_TEN
+from limitmason.diagnosis.inference.next_tests import NINE_IN_TEN
 from limitmason.diagnosis.inference.trends import is_numeric, one_of_each, same
 
 CIRCUMSTANCES = {

@@ -9,10 +9,10 @@ import numpy as np
 
 from limitmason.answers.curve import Curve
 from limitmason.errors import InputError
-from limitmason.experiments import tables
+from limitmason.experiments import source_folder
 from limitmason.experiments.brick_panels_opening.layout import BASIS, OUTLINES, panel, read_outline
+from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint, LostBy
 from limitmason.model.load import Loads
@@ -34,10 +34,10 @@ _SPAN, _LONG_SPAN = 2.025, 2.925
 
 LOSSES = tuple(str(v) for v in (LostBy.OPENING, LostBy.OPENING_OR_SLIP, LostBy.NOTHING))
 
-OPTIONS = tables.read_options(NAME)
+OPTIONS = source_folder.read_options(NAME)
 
 
-specimens = tables.names_in(NAME, "panels.csv", "udec_runs.csv")
+specimens = source_folder.names_in(NAME, "panels.csv", "udec_runs.csv")
 """The five panels and the 18 UDEC runs."""
 
 
@@ -52,9 +52,9 @@ def load(specimen: str, **options: Any) -> Experiment:
     chosen = chosen_options(OPTIONS, options, NAME)
     read_outline(chosen["outline"])  # refuses a wrong one before anything is built
     run = specimen.startswith("udec-")
-    table = tables.read_table(NAME, "udec_runs.csv" if run else "panels.csv")
+    table = source_folder.read_table(NAME, "udec_runs.csv" if run else "panels.csv")
     row = table.row(specimen)
-    given = dict(tables.read_parameters(NAME))
+    given = dict(source_folder.read_parameters(NAME))
     mean = given.pop("stochastic test mean failure load")
     # Table 4 belongs to the calibrated model: the runs of the parametric study state no property of the bricks
     given = {
@@ -91,9 +91,9 @@ def load(specimen: str, **options: Any) -> Experiment:
         parameters["note"] = row["note"]
     open_outline = ("787.5/8/4", "562.5/8/4") if specimen == "L1" else OUTLINES
     return Experiment(
-        source=tables.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
+        source=source_folder.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
         row=row, title=title, parameters=parameters, measured=measured, published=published, targets=targets,
-        assumptions=tuple(tables.read_description(NAME)["assumptions"]["always"]),
+        assumptions=tuple(source_folder.read_description(NAME)["assumptions"]["always"]),
         multiplier_to_measured=Quantity(1.0, "kN"), no_model=NO_PLAN, inferred=BASIS,
         open_options={"outline": open_outline, "young_modulus": (16.7e9, 1.67e9), "loss": LOSSES},
     )
@@ -177,7 +177,7 @@ def curve(test: Experiment) -> Curve:
     u, f = np.array([(0.0, 0.0), *points]).T
     return Curve(
         u, f, displacement_unit="mm", load_unit="kN", label=f"{test.specimen}, published", source=str(test.source),
-        references=tables.papers_of(NAME),
+        references=source_folder.papers_of(NAME),
     )
 
 

@@ -3,9 +3,16 @@
 from typing import Any, NamedTuple
 
 from limitmason.build import layout
+from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
-from limitmason.experiments.tables import names_in, read_description, read_options, read_shown, read_source, read_table
+from limitmason.experiments.source_folder import (
+    names_in,
+    read_description,
+    read_options,
+    read_shown,
+    read_source,
+    read_table,
+)
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads

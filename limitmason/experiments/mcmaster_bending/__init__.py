@@ -13,9 +13,9 @@ from limitmason.arrays import Array
 from limitmason.checks import positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
-from limitmason.experiments import tables
+from limitmason.experiments import source_folder
+from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.geometry import box, polygon_area_centroid, prism
 from limitmason.geometry.polygon import clip_convex
 from limitmason.model.assembly import Assembly
@@ -31,10 +31,10 @@ _NARROW = 0.025  # and those narrower than this [m]; chosen
 _STEEPEST = 89.9  # of the axis of a block [deg]: contact grids find the thickness across its horizontal part
 _UNIT_STRESS = 1e6  # flexural stress of the live load [Pa]: the multiplier is the stress in MPa
 
-OPTIONS = tables.read_options(NAME)
+OPTIONS = source_folder.read_options(NAME)
 
 
-specimens = tables.names_in(NAME, "wallettes.csv")
+specimens = source_folder.names_in(NAME, "wallettes.csv")
 """One per orientation of the bed joints to the span: "theta-0", "theta-15", ..."""
 
 
@@ -46,10 +46,10 @@ def load(specimen: str, **options: Any) -> Experiment:
     specimen : for example "theta-90"
     options : of the assembly, see ``OPTIONS``
     """
-    table = tables.read_table(NAME, "wallettes.csv")
+    table = source_folder.read_table(NAME, "wallettes.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
-    given = tables.read_parameters(NAME)
+    given = source_folder.read_parameters(NAME)
     span = float(given["length"]) / 1e3
     bar = chosen["bar_width"]
     if not 0.0 < chosen["load_span"] < chosen["support_span"] <= span - bar:
@@ -66,7 +66,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         positive("density (None leaves the weight out)", chosen["density"])
     closed_form = table.quantities(row, {"plastic tension": "fxt_plastic"})
     return Experiment(
-        source=tables.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
+        source=source_folder.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
         row=row, multiplier_to_measured=Quantity(1.0, "MPa"), open_options={"load_span": (0.5, 0.8)},
         title=f"Block wallette in four-point bending, bed joints at {row['theta']} deg to the span",
         parameters={**given, **table.quantities(row, {"orientation": "theta"}), "failure": row["failure"]},
@@ -243,4 +243,4 @@ def _is_sliver(piece: Array, whole: float) -> bool:
     return bool(area < _SLIVER * whole or area < _NARROW * longest)
 
 
-RECIPE = Recipe(specimens, load, assembly, loads, shown=tables.read_shown(NAME))
+RECIPE = Recipe(specimens, load, assembly, loads, shown=source_folder.read_shown(NAME))

@@ -12,9 +12,9 @@ from limitmason.answers.curve import Curve
 from limitmason.build import wall as running_wall
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
-from limitmason.experiments import tables
+from limitmason.experiments import source_folder
+from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -26,10 +26,10 @@ WS_FRICTION = 0.65  # not found for these walls: assumed, to be shown over 0.5 t
 BEAM = "beam"
 FORCE = 1e3  # live load [N]: the multiplier is the horizontal force in kN
 
-OPTIONS = tables.read_options(NAME)
+OPTIONS = source_folder.read_options(NAME)
 
 
-specimens = tables.names_in(NAME, "tests.csv")
+specimens = source_folder.names_in(NAME, "tests.csv")
 """Test unit names of the database."""
 
 
@@ -43,16 +43,16 @@ def measured_curve(specimen: str) -> Curve:
     InputError
         For tests whose curve was not found; the message names those that have one.
     """
-    rows = tables.read_table(NAME, "curves.csv").rows
+    rows = source_folder.read_table(NAME, "curves.csv").rows
     own = [r for r in rows if r["specimen"] == specimen]
     if not own:
         known = ", ".join(dict.fromkeys(r["specimen"] for r in rows))
         raise InputError(f"no curve of {specimen!r} was found; there are those of {known}")
-    units = tables.read_table(NAME, "curves.csv").units
+    units = source_folder.read_table(NAME, "curves.csv").units
     return Curve(
         np.array([float(r["displacement"]) for r in own]), np.array([float(r["force"]) for r in own]),
         displacement_unit=units["displacement"], load_unit=units["force"], label=specimen,
-        source=str(tables.read_source(NAME)), references=tables.papers_of(NAME),
+        source=str(source_folder.read_source(NAME)), references=source_folder.papers_of(NAME),
     )
 
 
@@ -69,8 +69,8 @@ def load(specimen: str, **options: Any) -> Experiment:
     specimen : its test unit name, for example "SW.30.1" or "WS1.100"
     options : of the assembly, see ``OPTIONS``
     """
-    table, series_table = tables.read_table(NAME, "tests.csv"), tables.read_table(NAME, "series.csv")
-    row, said = table.row(specimen), tables.read_description(NAME)
+    table, series_table = source_folder.read_table(NAME, "tests.csv"), source_folder.read_table(NAME, "series.csv")
+    row, said = table.row(specimen), source_folder.read_description(NAME)
     series = series_table.row(row["series"], "series")
     chosen = chosen_options(OPTIONS, options, NAME)
     assumptions, names = list(said["assumptions"]["always"]), said["quantities"]
@@ -108,7 +108,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     failure = [w for w, c in (("flexural", "F"), ("rocking", "R"), ("sliding", "SL"), ("toe crushing", "TC"))
                if row[f"failure_{c}"] == "1"]
     return Experiment(
-        source=tables.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
+        source=source_folder.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
         row=row, open_options=left_open, assumptions=tuple(assumptions), measured=measured, targets=tuple(targets),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
         title=f"{row['stone']} wall with dry joints, {row['loading'].lower()}, {row['N_top']} kN on top; "
@@ -155,4 +155,4 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     )
 
 
-RECIPE = Recipe(specimens, load, assembly, loads, curve, tables.read_shown(NAME))
+RECIPE = Recipe(specimens, load, assembly, loads, curve, source_folder.read_shown(NAME))

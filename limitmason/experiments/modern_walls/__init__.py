@@ -16,10 +16,17 @@ import numpy as np
 from limitmason.answers.curve import Curve
 from limitmason.build import wall as running_wall
 from limitmason.errors import InputError
+from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.modern_walls.inputs import complete, has_shear_span, inputs_of
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options, with_source
-from limitmason.experiments.tables import names_in, read_description, read_options, read_shown, read_source, read_table
+from limitmason.experiments.source_folder import (
+    names_in,
+    read_description,
+    read_options,
+    read_shown,
+    read_source,
+    read_table,
+)
 from limitmason.mechanics.pier_strength import SLENDEREST
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint

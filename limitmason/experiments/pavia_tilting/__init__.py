@@ -10,9 +10,9 @@ from typing import Any
 from limitmason.build.wall import wall
 from limitmason.checks import choice
 from limitmason.errors import InputError
+from limitmason.experiments.experiment import Experiment, TargetValue, chosen_options
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, TargetValue, chosen_options
-from limitmason.experiments.tables import names_in, read_parameters, read_source, read_table
+from limitmason.experiments.source_folder import names_in, read_parameters, read_source, read_table
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads

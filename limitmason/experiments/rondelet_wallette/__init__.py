@@ -3,9 +3,9 @@
 from typing import Any
 
 from limitmason.build import layout
-from limitmason.experiments import tables
+from limitmason.experiments import source_folder
+from limitmason.experiments.experiment import Experiment, TargetValue, chosen_options, with_source
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, TargetValue, chosen_options, with_source
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -13,10 +13,10 @@ from limitmason.model.support import Support
 
 NAME = "rondelet-wallette"
 
-OPTIONS = tables.read_options(NAME)
+OPTIONS = source_folder.read_options(NAME)
 
 
-specimens = tables.names_in(NAME, "variants.csv")
+specimens = source_folder.names_in(NAME, "variants.csv")
 """The four assumed bonds."""
 
 
@@ -28,15 +28,15 @@ def load(specimen: str, **options: Any) -> Experiment:
     specimen : for example "toothed-odd-ragged"
     options : of the assembly, see ``OPTIONS``
     """
-    table = tables.read_table(NAME, "variants.csv")
+    table = source_folder.read_table(NAME, "variants.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
-    given = tables.read_parameters(NAME)
+    given = source_folder.read_parameters(NAME)
     # of the table of parameters these are results, and the range of plausible associative values
     results = ("3DEC dilatant", "3DEC zero dilatancy")
     window = ("window low", "window high")
     return Experiment(
-        source=tables.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
+        source=source_folder.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
         row=row,
         title=f"Wallette of 3 x 13 blocks beside a column, {row['toothed_courses']} courses toothed, "
         f"free edge {row['free_edge']}",
@@ -49,7 +49,7 @@ def load(specimen: str, **options: Any) -> Experiment:
         assumptions=(
             f"The bond is assumed ({specimen}): the source shows it only in a figure, and four variants are packaged; "
             "which of them the source used is not known.",
-            *tables.read_description(NAME)["assumptions"]["always"],
+            *source_folder.read_description(NAME)["assumptions"]["always"],
         ),
         targets=(
             TargetValue("3DEC dilatant", "published", "associative"),
@@ -99,4 +99,4 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     return Loads.horizontal(wall, direction=(0.0, sense, 0.0))
 
 
-RECIPE = Recipe(specimens, load, assembly, loads, shown=tables.read_shown(NAME))
+RECIPE = Recipe(specimens, load, assembly, loads, shown=source_folder.read_shown(NAME))

@@ -9,9 +9,9 @@ from decimal import Decimal
 from typing import Any, NamedTuple
 
 from limitmason.checks import choice
+from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.record import Experiment, Quantity, TargetValue, chosen_options
-from limitmason.experiments.tables import read_source, read_table
+from limitmason.experiments.source_folder import read_source, read_table
 
 NAME = "stochastic-brick-panels"
 NO_MODEL = "the drawing of the panel, which is that of brick-panels-opening, is not in the sources at hand"

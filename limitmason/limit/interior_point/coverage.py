@@ -6,7 +6,7 @@ Kept from the solver, which loads the compiler.
 import numpy as np
 
 from limitmason.errors import NotApplicable
-from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static_theorem import Problem
 from limitmason.mechanics.law_table import INTERIOR_POINT, SECTIONS, refuse
 
 

@@ -29,9 +29,9 @@ from limitmason.limit.interior_point.newton import (
     residuals,
     step_lengths,
 )
-from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.clarabel_solver import BELOW_ZERO, Solution
 from limitmason.limit.program.scaling import row_blocks
-from limitmason.limit.program.static import BELOW_ZERO, Solution
+from limitmason.limit.program.static_theorem import Problem
 
 CORRECTORS = 2
 """Centrality corrections tried in an iteration whose steps stay short."""
@@ -116,8 +116,8 @@ def solve_interior_point(
     Returns
     -------
     Solution
-        Scaled as that of :func:`limitmason.limit.program.static.solve_static`. The velocities obey the flow rule to
-        rounding. ``stands`` is None where it was not asked for or not settled.
+        Scaled as that of :func:`limitmason.limit.program.clarabel_solver.solve_static`. The velocities obey the flow
+        rule to rounding. ``stands`` is None where it was not asked for or not settled.
 
     Raises
     ------

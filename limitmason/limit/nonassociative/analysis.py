@@ -48,7 +48,7 @@ from limitmason.limit.nonassociative.search import (
     search_smallest,
 )
 from limitmason.limit.nonassociative.smallest_proof import prove_smallest, velocity_limits
-from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static_theorem import Problem
 from limitmason.storage.interrupts import ends_early, handed_on
 
 JUMP_POINTS = 1000
@@ -83,7 +83,7 @@ def solve_nonassociative(
 
     Parameters
     ----------
-    problem : from :func:`limitmason.limit.program.problem.make_problem`
+    problem : from :func:`limitmason.limit.program.static_theorem.make_problem`
     search : "quick", "standard" or "thorough", or an :class:`~limitmason.limit.nonassociative.search.Effort`. Where a
         proof is tried the named ones begin with the quick search and go on only when the proof is not complete. In
         space the standard one is short where the associative mechanism slides nowhere, and from 700 contact points on;

@@ -13,7 +13,7 @@ from scipy import sparse
 
 from limitmason.arrays import Array, Flags
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, normalised
-from limitmason.limit.program.static import solver_settings
+from limitmason.limit.program.clarabel_solver import solver_settings
 
 TOLERANCE = 1e-12
 """Of the interior-point programs: the alternation cannot come closer to the law than they do."""

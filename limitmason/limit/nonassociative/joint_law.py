@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from limitmason.arrays import Array, Flags
-from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static_theorem import Problem
 from limitmason.mechanics.law import PointLaw
 from limitmason.mechanics.law_table import NON_ASSOCIATIVE, SECTIONS, refuse
 
@@ -77,7 +77,7 @@ def joint_law(problem: Problem) -> JointLaw:
 
     Parameters
     ----------
-    problem : from :func:`limitmason.limit.program.problem.make_problem`
+    problem : from :func:`limitmason.limit.program.static_theorem.make_problem`
 
     Raises
     ------

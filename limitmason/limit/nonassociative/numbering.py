@@ -12,7 +12,7 @@ from scipy import sparse
 
 from limitmason.arrays import Array, Index
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw
-from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static_theorem import Problem
 
 CLOSE = 1e-6
 """Coordinates that differ by less than this part of the structure's size are equal [-]."""
@@ -75,7 +75,7 @@ def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
 
     Parameters
     ----------
-    problem : from :func:`limitmason.limit.program.problem.make_problem`
+    problem : from :func:`limitmason.limit.program.static_theorem.make_problem`
     mirrored : the order of the mirror image across x, or across the horizontal axis of a plane problem
 
     Returns

@@ -29,7 +29,7 @@ from limitmason.limit.nonassociative.search import (
     search_smallest,
 )
 from limitmason.limit.nonassociative.smallest_proof import Extreme, prove_smallest, velocity_limits
-from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static_theorem import Problem
 from limitmason.mechanics.law_table import GRID, PROVEN_SMALLEST, refuse
 from limitmason.storage.interrupts import ends_early
 

@@ -17,7 +17,7 @@ from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, true
 from limitmason.limit.nonassociative.ordered_search import FORCE_BOUND
 from limitmason.limit.nonassociative.search import Effort, SearchOutcome
 from limitmason.limit.nonassociative.smallest_proof import Extreme
-from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static_theorem import Problem
 from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.law_table import NON_ASSOCIATIVE, notes
 

@@ -14,7 +14,7 @@ from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exac
 from limitmason.limit.nonassociative.lifted import MAX_ROWS, lifted_bound, lifted_rows
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative.polish import PlanePrograms
-from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static_theorem import Problem
 
 ASSOCIATIVE = "associative"
 LIFTED = "lifted linear program"

@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from limitmason.arrays import Array, Index
-from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static_theorem import Problem
 
 TYPICAL_SHARE = 0.25
 """Normal force that a crushing section is expected to carry, over the total load [-]: chosen, it only scales rows."""

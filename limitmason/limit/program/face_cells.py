@@ -15,7 +15,7 @@ import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
-from limitmason.geometry.slip import slip_integrals
+from limitmason.geometry.slip_integrals import slip_integrals
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.mechanics.dissipation import face_slip
 from limitmason.mechanics.law import interface_law

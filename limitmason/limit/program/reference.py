@@ -7,9 +7,9 @@ import numpy as np
 
 from limitmason.answers.results import Status
 from limitmason.errors import InputError
+from limitmason.limit.program.clarabel_solver import Solution
 from limitmason.limit.program.cones import make_cones
-from limitmason.limit.program.problem import Problem
-from limitmason.limit.program.static import Solution
+from limitmason.limit.program.static_theorem import Problem
 
 
 def solve_reference(problem: Problem, *, solver: str | None = None, verbose: bool = False, **options: Any) -> Solution:

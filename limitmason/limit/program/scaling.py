@@ -9,7 +9,7 @@ import numpy as np
 from scipy import sparse
 
 from limitmason.arrays import Array, Index
-from limitmason.limit.program.problem import Problem
+from limitmason.limit.program.static_theorem import Problem
 
 NO_LOAD = 1e-30
 """Load of a block over the largest up to which it is none [-]: chosen, so that rows divided by it stay finite."""

@@ -7,7 +7,7 @@ from typing import Any
 from limitmason.answers.results import Bound, BoundKind, Prediction
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.papers import papers_behind
-from limitmason.limit.program.problem import make_problem
+from limitmason.limit.program.static_theorem import make_problem
 from limitmason.mechanics.law import peak_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint

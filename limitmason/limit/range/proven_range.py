@@ -29,7 +29,7 @@ from limitmason.limit.nonassociative.smallest_proof import (
     prove_smallest,
     velocity_limits,
 )
-from limitmason.limit.program.problem import Problem, make_problem
+from limitmason.limit.program.static_theorem import Problem, make_problem
 from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.law_table import GRID, PROVEN_RANGE, refuse
 from limitmason.model.assembly import Assembly

@@ -9,7 +9,7 @@ import numpy as np
 
 from limitmason.capacity.contact_generations import LEAST, Generations
 from limitmason.capacity.kinematics import Pose, contact, motion_between, moved
-from limitmason.capacity.stepping import Node
+from limitmason.capacity.step_equilibrium import Node
 from limitmason.capacity.system import System
 from limitmason.errors import InputError
 

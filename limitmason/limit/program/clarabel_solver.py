@@ -13,8 +13,8 @@ from limitmason.answers.results import Status
 from limitmason.arrays import Array
 from limitmason.limit.program.cones import Cones
 from limitmason.limit.program.idle_joints import ROUNDING, without_rounding
-from limitmason.limit.program.problem import Problem
 from limitmason.limit.program.scaling import block_norms, row_blocks, unit_loads
+from limitmason.limit.program.static_theorem import Problem
 from limitmason.mechanics.residuals import largest_on_blocks, own_measures
 
 

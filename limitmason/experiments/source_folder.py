@@ -14,7 +14,7 @@ from typing import Any
 
 from limitmason.answers.references import DATA, Cited, Reference
 from limitmason.errors import InputError
-from limitmason.experiments.record import Option, Quantity, Source
+from limitmason.experiments.experiment import Option, Quantity, Source
 from limitmason.experiments.shown import Departure, Settings, Shown, Variant
 from limitmason.storage.csv_table import parsed
 

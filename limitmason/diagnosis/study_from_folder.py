@@ -29,10 +29,10 @@ from limitmason import causes as catalogue
 from limitmason.answers.curve import Curve
 from limitmason.causes.cause import Cause
 from limitmason.diagnosis.curves import features
-from limitmason.diagnosis.from_table import BATCHES, LEVELS, About, version_of
 from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.observations import Observation
 from limitmason.diagnosis.simulate import MODAL_TEST
+from limitmason.diagnosis.study_from_table import BATCHES, LEVELS, About, version_of
 from limitmason.errors import InputError
 from limitmason.experiments.series import copy_template
 from limitmason.storage.measured_table import MeasuredTable, read_measured

@@ -1,6 +1,6 @@
 """Commands that put all theories side by side: as a table, and as the report of one structure.
 
-``solve`` is in ``models``.
+``solve`` is in ``solve_and_draw``.
 """
 
 from __future__ import annotations

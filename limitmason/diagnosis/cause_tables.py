@@ -9,12 +9,12 @@ from scipy.interpolate import RegularGridInterpolator
 
 from limitmason.causes.cause import Cause, cause_pairs
 from limitmason.checks import choice
+from limitmason.diagnosis.error_rates import Rehearsal
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.grid import Grid, Tabulation, at_measured
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.noise import Noise
 from limitmason.diagnosis.inference.verdict import Verdict
-from limitmason.diagnosis.rehearse import Rehearsal
 from limitmason.diagnosis.tabulate import Tabulator
 from limitmason.errors import NotApplicable, NotConverged
 

@@ -1,6 +1,6 @@
 """The static theorem as scaled sparse arrays, from which every program starts.
 
-Cones are added in ``cones``; both go to a solver in ``static``.
+Cones are added in ``cones``; both go to a solver in ``clarabel_solver``.
 """
 
 from __future__ import annotations
