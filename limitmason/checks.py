@@ -44,7 +44,9 @@ def not_negative(name: str, value: object) -> float:
 
 
 def law_number(name: str, value: Any, *, endless: bool = False, signed: bool = False) -> None:
-    """Refuse what is no number of a law or a material: no single number, NaN, and infinite or negative unless allowed.
+    """Refuse what is no number of a joint law or a material.
+
+    That is anything but a single number, NaN, and what is infinite or negative unless that is allowed.
 
     Parameters
     ----------

@@ -171,6 +171,7 @@ def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool 
     start : values of the fields to begin with, by name
     whole : whether there are no others
     """
+    # a class has the signature of its __init__, whose self has no field
     made = getattr(function, "__init__", function) if inspect.isclass(function) else function
     parameters = inspect.signature(made).parameters
     told = _documented(function.__doc__ or "")

@@ -63,9 +63,9 @@ def statements(session: Mapping[str, Any], folder: Folder, *, kind: str = "solve
     if kind == "draw":
         return [
             *out,
-            ScriptLine('lm.figures.assembly(wall).savefig("wall.png", dpi=160)', "structure", True),
-            ScriptLine('lm.view(wall, path="scene.html")', "structure", True),
-            ScriptLine('lm.formats.write_json("model.json", wall, loads)', "structure", True),
+            ScriptLine('lm.figures.assembly(wall).savefig("wall.png", dpi=160)', "structure", shows=True),
+            ScriptLine('lm.view(wall, path="scene.html")', "structure", shows=True),
+            ScriptLine('lm.formats.write_json("model.json", wall, loads)', "structure", shows=True),
         ]
     analysis = _of(session, "analysis")
     name, values = _word(analysis, "kind"), _of(analysis, "values")
@@ -74,7 +74,7 @@ def statements(session: Mapping[str, Any], folder: Folder, *, kind: str = "solve
         name, values = "compare", {"methods": rule}
     out.append(ScriptLine(_analysis(name, values), "analysis"))
     out.append(ScriptLine("print(answer)", "analysis"))
-    return [*out, *(ScriptLine(line, "analysis", True) for line in _pictures(name, kind))]
+    return [*out, *(ScriptLine(line, "analysis", shows=True) for line in _pictures(name, kind))]
 
 
 def source(lines: Sequence[ScriptLine]) -> str:
@@ -121,7 +121,12 @@ def _pictures(name: str, kind: str) -> list[str]:
 
 
 def _model(session: Mapping[str, Any], folder: Folder) -> list[ScriptLine]:
-    """Lines that make joint, structure and loads; the structure may name files of ``folder``."""
+    """Lines that make joint, structure and loads.
+
+    Parameters
+    ----------
+    session : as the page sends it; a structure of kind "file" names one of ``folder``
+    """
     structure, loads = _of(session, "structure"), _of(session, "loads")
     kind, values = _word(structure, "kind"), _of(structure, "values")
     joint = ScriptLine(_filled(_known("joint", "Joint"), _of(session, "joint")), "joint")

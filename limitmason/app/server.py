@@ -55,6 +55,8 @@ class Refused(Exception):
 class Server(ThreadingHTTPServer):
     """The application: one folder, one process for solves, any number of pages.
 
+    ``hosts`` are the names, with the port, by which it may be asked. ``token`` is the secret part of its address.
+
     Parameters
     ----------
     folder : the only place where files are read and written
@@ -116,7 +118,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Say nothing: the address holds the token."""
 
     def _answer(self, how: Callable[[str, dict[str, str]], None]) -> None:
-        """Answer a request, or say why not: an error of input as 422, a mistake of ours as 500.
+        """Answer a request, or say why not: wrong input is 422, a mistake of ours 500.
 
         Parameters
         ----------
@@ -130,12 +132,12 @@ class _Handler(BaseHTTPRequestHandler):
                 self.close_connection = True  # its body was perhaps not read: what follows would be taken for a request
                 self._send(refusal.status, json.dumps({"error": refusal.reason}).encode(), "application/json")
             except InputError as error:
-                self._json({"error": {"part": "structure", "name": "InputError", "text": str(error)}}, 422)
+                self._json({"error": {"part": "structure", "name": "InputError", "text": str(error)}}, status=422)
             except ConnectionError:  # the page has gone, see above: there is nobody to tell
                 raise
             except Exception as error:
                 text = f"a mistake in limitmason, please report it: {error!r}"
-                self._json({"error": {"part": "structure", "name": type(error).__name__, "text": text}}, 500)
+                self._json({"error": {"part": "structure", "name": type(error).__name__, "text": text}}, status=500)
 
     def _allowed(self) -> tuple[str, dict[str, str]]:
         """Path behind the token, and the query by name, of a request that may be answered; others are refused.
@@ -180,7 +182,7 @@ class _Handler(BaseHTTPRequestHandler):
         elif path == "api/events":
             self._events()
         elif path.startswith("api/result/"):
-            self._result(path.removeprefix("api/result/"), "download" in query)
+            self._result(path.removeprefix("api/result/"), download="download" in query)
         else:
             raise Refused(404, "there is nothing here")
 
@@ -226,7 +228,7 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             job = self.server.jobs.start(kind, lines)
         except Busy as busy:
-            self._json({"error": {"part": "analysis", "name": "Busy", "text": str(busy)}}, 409)
+            self._json({"error": {"part": "analysis", "name": "Busy", "text": str(busy)}}, status=409)
             return
         self._json({"job": job.number})
 
@@ -243,7 +245,7 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(409, "the application is open in too many pages: close one")
         self.close_connection = True
         try:
-            self._head(200, "text/event-stream", None)
+            self._head(200, "text/event-stream", length=None)
             said = ""
             while True:
                 job = self.server.jobs.last()
@@ -255,7 +257,7 @@ class _Handler(BaseHTTPRequestHandler):
         finally:
             self.server.jobs.page_closed()
 
-    def _result(self, path: str, download: bool) -> None:
+    def _result(self, path: str, *, download: bool) -> None:
         """Send what a job gave as JSON, or one of its files.
 
         Parameters

@@ -311,9 +311,7 @@ def _cross(a: tuple[float, float, float, float], b: tuple[float, float, float, f
 
 
 def _merge_short(whole: list[Unit], touched: list[Unit], min_piece: float) -> list[Unit]:
-    """Units of a course with pieces that are too short joined to others.
-
-    They are returned from left to right.
+    """Units of a course from left to right, pieces too short joined to others.
 
     Of two neighbours the one with the larger common side takes the piece.
 

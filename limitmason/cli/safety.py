@@ -141,9 +141,9 @@ def _region(options: argparse.Namespace) -> int:
 
 
 def _assess(options: argparse.Namespace) -> int:
-    """Write an assessment of the target of ``options`` by the code.
+    """Write an assessment of the target of ``options`` by the Italian Circular of 2019.
 
-    It holds limit states, spectra and verifications.
+    Its limit states are damage (SLD), life safety (SLV) and collapse (SLC), each with a spectrum of the site.
     """
     from limitmason.capacity.analysis import whole_pushover
     from limitmason.codes import FloorSpectrum, GroundSpectrum, assess
@@ -152,7 +152,7 @@ def _assess(options: argparse.Namespace) -> int:
     spectra: dict[str, GroundSpectrum | FloorSpectrum] = {}
     modes = options.mode or []
     for state, own in (("SLD", options.sld), ("SLV", None), ("SLC", options.slc)):
-        ag, f0, tc = own or options.site
+        ag, f0, tc = own or options.site  # a_g over g, F0 and Tc* [s]
         ground = GroundSpectrum(ag, f0, tc, soil=options.soil, topography=options.topography)
         spectra[state] = FloorSpectrum(ground, [t for t, _ in modes], [f for _, f in modes]) if modes else ground
     curve = None

@@ -123,7 +123,10 @@ def _written(kind: type, name: str) -> bool:
 
 
 def _line(self: Any) -> str:
-    """One line, the ``__repr__`` of a class: the first of the object's own words, or its fields."""
+    """One line, the ``__repr__`` of a class: the first of the object's text, or its fields.
+
+    Its text is that of a ``__str__`` that somebody wrote.
+    """
     name = type(self).__name__
     if any(_written(k, "__str__") for k in type(self).__mro__):
         return f"<{name}: {_cut(str(self).partition(chr(10))[0])}>"
@@ -132,7 +135,7 @@ def _line(self: Any) -> str:
     if not fields:
         return f"{name}()" if dataclasses.is_dataclass(self) else f"<{name}>"
     given = {k: v for k, v in fields.items() if not (k in defaults and _same(v, defaults[k]))}
-    return f"{name}({_cut(', '.join(f'{k}={_short(v)}' for k, v in given.items()), 3)})"
+    return f"{name}({_cut(', '.join(f'{k}={_short(v)}' for k, v in given.items()), times=3)})"
 
 
 def _cut(text: str, times: int = 2) -> str:

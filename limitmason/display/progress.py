@@ -83,7 +83,7 @@ class _Bar:
             # at the pace since the run was taken up; NaN where that cannot be told
             left = (now - since) * (1.0 - part) / (part - before) if known and part and part > before else float("nan")
             text = "; ".join(t.text for t in self.tasks if t.text)
-            line = clock(spent) + (f", about {clock(left)} left" if left == left else "")
+            line = clock(spent) + (f", about {clock(left)} left" if left == left else "")  # NaN differs from itself
             line += f"; {text}" if text else ""
             if _listener:
                 _listener[0](part, line)
@@ -165,7 +165,7 @@ def bars_are_drawn() -> bool:
 
 
 def show_progress(mode: bool | str = AUTO) -> AbstractContextManager[object]:
-    """Whether long runs show how far they are, with the time left.
+    """Say whether long runs show how far they are, with the time left.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ def show_progress(mode: bool | str = AUTO) -> AbstractContextManager[object]:
     said = {True: ALWAYS, False: NEVER}.get(mode, mode) if isinstance(mode, bool) else mode
     if said not in MODES:
         raise InputError(f"show_progress takes True, False or one of {', '.join(MODES)}, got {mode!r}")
-    after = ExitStack()
+    after = ExitStack()  # at the end of a with block the mode is again what it was
     after.callback(_mode.__setitem__, slice(None), list(_mode))
     _mode[:] = [said]
     return after

@@ -152,7 +152,8 @@ def _draw_joints(ax: Axes, view: elevation.Elevation, motion: RigidMotion, curve
     ----------
     ax, view : axes, and the elevation that is drawn on them
     motion : of the blocks, as drawn
-    curve, index : of a driven structure, and the number of the sample
+    curve : of a driven structure: ``opening``, ``slip`` [m] and ``failed`` of its interfaces, shape (samples, k)
+    index : number of the sample
     """
     # no record of a joint is no movement
     opening, slip = (np.nan_to_num(getattr(curve, n)[index]) for n in ("opening", "slip"))

@@ -42,11 +42,10 @@ def window_of(windows: Sequence[Window]) -> Window:
 
 
 def with_held(low: Array, high: Array, held: Array, share: float) -> Array:
-    """Lowest and highest place of a drawing [m], (2, 2): what moves, and some more.
+    """Lowest and highest place of a drawing [m], (2, 2): what moves, and some ground.
 
-    Of what is held a margin about it is shown.
-
-    A wide ground seen whole would shrink the structure to a detail.
+    Of what is held only a margin about the moving part is shown: a wide ground seen whole would shrink the structure
+    to a detail.
 
     Parameters
     ----------
@@ -201,9 +200,9 @@ _DENSE = 150
 
 
 def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
-    """Draw original outlines of ``moving`` blocks, dashed, unless they are many.
+    """Draw original outlines of ``moving`` blocks, dashed and over the displaced ones.
 
-    They lie over the displaced ones.
+    Where they are many they are pale lines under the blocks.
     """
     rows = np.flatnonzero(moving)
     if not len(rows):
@@ -218,14 +217,16 @@ def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
 def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMotion, width: float) -> None:
     """Draw the gap of moving joints filled, and their faces as coloured lines.
 
-    The colour is that of opening or of sliding.
+    Parameters
+    ----------
+    joints : flags ``opens`` and ``slides`` of the interfaces, shape (k,), which choose the colour
     """
     for flags, colour, gid in ((joints.opens, style.OPENING, "opening"), (joints.slides, style.SLIDING, "sliding")):
         rows = np.flatnonzero(flags)
         if not len(rows):
             continue
         a, b = view.segments(rows, motion)
-        gaps = np.concatenate([a, b[:, ::-1]], axis=1)
+        gaps = np.concatenate([a, b[:, ::-1]], axis=1)  # corners around: along block a and back along b
         ax.add_collection(PolyCollection(
             list(gaps), facecolors=style.pale(colour), edgecolors="none", linewidths=0.0, gid=gid, zorder=2.6
         ))
@@ -265,9 +266,9 @@ def set_frame(ax: Axes, view: Elevation, frame: Window) -> None:
 
 
 def label_blocks(ax: Axes, view: Elevation, scale: float) -> None:
-    """Write names at the blocks' centroids, at most 7 pt; ``scale`` in pt/m.
+    """Write names at the blocks' centroids, as large as fits up to 7 pt.
 
-    They are as large as fits.
+    ``scale`` is that of the drawing [pt/m].
     """
     for i, block in enumerate(view.assembly.blocks):
         x, y = view.assembly.centroids[i] @ view.axes

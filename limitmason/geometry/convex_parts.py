@@ -114,6 +114,7 @@ def _hollow_edges(solid: Solid, slack: float) -> int:
     Every part ends at one of them at least.
     """
     planes = [face_plane(solid.vertices[list(f)]) for f in solid.faces]
+    # number of the face that runs along every edge in either sense
     of_edge = {(f[i - 1], f[i]): k for k, f in enumerate(solid.faces) for i in range(len(f))}
     count = 0
     for (i, j), k in of_edge.items():
@@ -122,12 +123,16 @@ def _hollow_edges(solid: Solid, slack: float) -> int:
         if i < j and (solid.vertices[list(solid.faces[other])] @ normal - offset).max() > slack:
             # a face of another body part may lie above the plane too: only what begins at the edge counts
             along = solid.vertices[j] - solid.vertices[i]
+            # at a hollow edge the normal turns clockwise about the edge from this face to the other
             count += float(np.cross(normal, planes[other][0]) @ along) < 0.0
     return count
 
 
 def is_convex(solids: Sequence[Solid], slack: float) -> Flags:
-    """Whether no vertex lies farther than ``slack`` [m] outside the plane of a face, of each closed solid, (n,)."""
+    """Flags of the closed solids that are convex, shape (n,).
+
+    In a convex solid no vertex lies farther than ``slack`` [m] outside the plane of a face.
+    """
     out = np.ones(len(solids), dtype=bool)
     for faces, members, vertices in group_by_topology(solids):
         for f in faces:
@@ -177,9 +182,9 @@ class _Face:
 def _divided(
     cell: Solid, within: list[tuple[int, Array]], faces: Sequence[_Face], slack: float
 ) -> list[tuple[Solid, list[tuple[int, Array]]]]:
-    """Cells on both sides of the plane of a face, one or two, each with the pieces of faces within it.
+    """Parts of a cell below and above the plane of a face, with pieces of faces in each.
 
-    It is the plane that cuts fewest other faces, of these that of the largest area.
+    The plane is that which cuts fewest other faces, and of these that of the largest area.
 
     Parameters
     ----------
@@ -191,7 +196,7 @@ def _divided(
     numbers = sorted({k for k, _ in within})
     normals = np.array([faces[k].normal for k in numbers])
     points = np.concatenate([p for _, p in within])
-    first = np.cumsum([0, *(len(p) for _, p in within[:-1])])  # corner of every piece
+    first = np.cumsum([0, *(len(p) for _, p in within[:-1])])  # row of the first corner of every piece
     offsets = np.array([faces[k].point @ faces[k].normal for k in numbers])
     height = points @ normals.T - offsets  # of every corner above every plane [m]
     # a face whose corners lie on both sides of a plane is cut by it
@@ -275,7 +280,10 @@ def _common_face(a: Solid, b: Solid, slack: float) -> float:
 
 
 def _union(a: Solid, b: Solid, slack: float) -> Solid | None:
-    """Both parts as one, where that is convex: what lies below the planes of either that have both below them."""
+    """Union of two convex parts where it is convex, else None.
+
+    It is then what lies below those planes of their faces that have both parts below them.
+    """
     points = np.vstack([a.vertices, b.vertices])
     planes: list[tuple[Array, float]] = []
     for part in (a, b):
@@ -316,7 +324,7 @@ def _touch(a: Solid, b: Solid, slack: float) -> bool:
             # the face of b in this plane, and that on its far side, cut nothing off
             if abs(side @ n) > 1.0 - _PARALLEL or common is None:
                 continue
-            common = split_polygon(common, distance * side, side, slack)[0]
+            common, _ = split_polygon(common, distance * side, side, slack)  # what lies below, on the side of b
         if common is not None and area_in_space(common) > slack * float(np.ptp(common)):
             return True
     return False

@@ -133,7 +133,9 @@ def all_faces(solids: Sequence[Solid]) -> tuple[Faces, Index]:
 def _face_pairs(
     faces: Faces, start: Index, p: Index, q: Index, reach: Array, facing: float
 ) -> tuple[Index, Index, Index]:
-    """Faces of every pair of solids with opposite normals whose boxes are within reach, and the pair they are of.
+    """Pairs of faces with opposite normals whose boxes are within reach.
+
+    Every face of one solid of a pair is set beside every face of the other.
 
     Parameters
     ----------
@@ -163,7 +165,9 @@ def _face_pairs(
 
 
 def _left_packed(reversed_corners: Array, count: Index) -> Array:
-    """Corners of reversed padded rows moved to the left, in the same form: the padding came first after the reversal.
+    """Corners of reversed rows with their padding behind them again, in the same form.
+
+    The reversal has brought the padding to the front.
 
     Parameters
     ----------

@@ -133,7 +133,7 @@ def two_decimal_signs(cells: Iterable[tuple[int, str]]) -> str:
 
 
 def parsed(text: str, name: str) -> Parsed:
-    """The cells of a table in either form.
+    """The cells of a table, whose units are a comment line or a row below the names.
 
     Other comment lines and blank lines are left out.
 
