@@ -164,7 +164,10 @@ def stability(
         return standing_margin(assembly.with_interfaces(_shrunk(assembly, share)), loads, **model)
 
     def tilted(direction: Array) -> Callable[[float], Margin]:
-        """Margin of the structure over the angle [rad] by which the ground falls in a direction, a unit vector."""
+        """Margin of the structure over the angle by which the ground falls [rad].
+
+        ``direction`` is a horizontal unit vector, along which it falls.
+        """
 
         def at(angle: float) -> Margin:
             """Margin at one angle [rad]."""
@@ -193,9 +196,9 @@ def stability(
 
 
 def _state(problem: Problem) -> tuple[bool | None, Prediction]:
-    """Whether some forces carry the dead load, with these forces or the motion by which it falls.
+    """Whether the dead load is carried, with its forces or the motion of its fall.
 
-    None where neither was found.
+    It is None where neither was found.
 
     Parameters
     ----------
@@ -252,7 +255,9 @@ def _horizontal(name: str, direction: ArrayLike) -> Array:
 def _below_normality(
     assembly: Assembly, loads: Loads, path: bool, model: dict[str, Any]
 ) -> tuple[bool | None, PushoverCurve | None, tuple[str, ...]]:
-    """What can be said for psi < phi, where forces that can carry the load do not prove that it is carried.
+    """What can be said for psi < phi, where admissible forces do not prove enough.
+
+    Forces that can carry the load do not prove then that it is carried.
 
     Parameters
     ----------

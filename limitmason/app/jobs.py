@@ -211,7 +211,10 @@ class Jobs:
         self._pipe.send(list(job.lines))
 
     def _listen(self, process: BaseProcess, pipe: Connection) -> None:
-        """Take what ``process`` sends through ``pipe``, in a thread of its own, until it ends."""
+        """Take what ``process`` sends through ``pipe`` until it ends.
+
+        This runs in a thread of its own.
+        """
         while True:
             try:
                 kind, *rest = pipe.recv()

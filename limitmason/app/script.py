@@ -177,11 +177,11 @@ def _experiment(structure: Mapping[str, Any], values: Mapping[str, Any]) -> list
 
 
 def _loads(loads: Mapping[str, Any], own: bool) -> list[ScriptLine]:
-    """Lines that make the loads: "kind" with its values, and what comes on top under "more".
+    """Lines that make the loads: those of a kind, and those that come on top.
 
     Parameters
     ----------
-    loads : part of the session
+    loads : part of the session: "kind" with its "values", and a list "more" of the same
     own : whether the structure brings loads of its own
     """
     kind = _word(loads, "kind")
@@ -210,7 +210,10 @@ def _filled(call: Call, values: Mapping[str, Any], *more: str, before: Sequence[
 
 
 def _arguments(fields: Sequence[Field], values: Mapping[str, Any]) -> list[str]:
-    """Keyword arguments of a call from the ``fields`` that are filled in; what has no field is refused."""
+    """Keyword arguments of a call, from those of its ``fields`` that are filled in.
+
+    ``values`` are what was typed, by name of the field; a name that no field has is refused.
+    """
     unknown = set(values) - {f.name for f in fields}
     if unknown:
         raise InputError(f"the form has no field {sorted(unknown)[0]!r}")

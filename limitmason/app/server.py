@@ -71,7 +71,7 @@ class Server(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(self, folder: str = ".", port: int = 0) -> None:
-        """Open the port; the token in the address keeps other users and pages out."""
+        """Open the port under a token in the address, for this user's pages alone."""
         self.folder = Folder(folder)
         self.jobs = Jobs(str(self.folder.path))
         try:
@@ -140,10 +140,10 @@ class _Handler(BaseHTTPRequestHandler):
                 self._json({"error": {"part": "structure", "name": type(error).__name__, "text": text}}, status=500)
 
     def _allowed(self) -> tuple[str, dict[str, str]]:
-        """Path behind the token, and the query by name, of a request that may be answered; others are refused.
+        """Path behind the token, and the query by name, of a request.
 
-        The host keeps out names that another site had resolved to this machine, the origin its pages, the token users
-        of this machine.
+        One that may not be answered is refused. The host keeps out names that another site had resolved to this
+        machine, the origin its pages, the token users of this machine.
         """
         host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
         if host not in self.server.hosts:
@@ -211,7 +211,7 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(404, "there is nothing here")
 
     def _session(self, path: str, session: dict[str, Any], kind: str) -> None:
-        """Answer with the script of a session, or run it as a job; busy is 409.
+        """Answer with the script of a session, or run it as a job (409 if busy).
 
         Parameters
         ----------
@@ -240,7 +240,10 @@ class _Handler(BaseHTTPRequestHandler):
                 "folder": self.server.folder.path.name, "largest": LARGEST}
 
     def _events(self) -> None:
-        """Tell a page how far the job is until the page goes away, which writing to it then shows."""
+        """Tell a page how far the job is until the page goes away.
+
+        Writing to a page that has gone ends in an error.
+        """
         if not self.server.jobs.page_opened():
             raise Refused(409, "the application is open in too many pages: close one")
         self.close_connection = True
@@ -291,7 +294,10 @@ class _Handler(BaseHTTPRequestHandler):
         return bytes(data)
 
     def _body(self, most: int) -> bytes:
-        """What a request brings, refused by its announced size, above ``most`` bytes, before any of it is read."""
+        """What a request brings, refused where it announces more than ``most`` bytes.
+
+        It is refused before any of it is read.
+        """
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or len(length) > 15:  # an endless number is not worth reading
             raise Refused(411, "the length is missing")
@@ -314,7 +320,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _head(
         self, status: int, kind: str, length: int | None, policy: str = _OWN, attachment: str | None = None
     ) -> None:
-        """Send the head of an answer, with the headers that keep other sites from using it.
+        """Send the head of an answer, which keeps other sites from using it.
 
         Parameters
         ----------

@@ -183,9 +183,8 @@ def _lead(bond: Bond, crossing: float) -> list[Size]:
 def _core(bond: Bond, crossing: float) -> list[Size]:
     """Units centred on a wall that meets the run in a T.
 
-    There is one, or two with their joint on the axis of that wall.
-
-    Of the two, the one whose joints stay farther from the faces of the crossing wall, where the lapping course stops.
+    There is one, or two with their joint on the axis of that wall: whichever keeps the joints farther from the faces of
+    the crossing wall, where the lapping course stops.
 
     Parameters
     ----------

@@ -232,7 +232,7 @@ def _cut_edge(
     at : a point of the edge [m], shape (3,)
     depth : of the strip [m]
     """
-    # of every corner from the line where the strip ends, positive in what is left [m]
+    # signed distance of every corner from the line where the strip ends, positive in what is left [m]
     distance = (polygon - at) @ inward - depth
     out = []
     for k in range(len(polygon)):

@@ -129,6 +129,7 @@ def _region(options: argparse.Namespace) -> int:
         within=within[0] if within is not None and len(within) == 1 else within,
     )
     console.show_text(str(found))
+    # a multiplier that is zero but for rounding is printed as zero
     rounding = _ROUNDING * np.abs(found.corners).max(initial=0.0)
     for corner in found.corners:
         console.show_text("  " + "  ".join(f"{v:.6g}" for v in np.where(np.abs(corner) < rounding, 0.0, corner)))
@@ -141,9 +142,9 @@ def _region(options: argparse.Namespace) -> int:
 
 
 def _assess(options: argparse.Namespace) -> int:
-    """Write an assessment of the target of ``options`` by the Italian Circular of 2019.
+    """Write an assessment of the target of ``options`` by the Italian Circular.
 
-    Its limit states are damage (SLD), life safety (SLV) and collapse (SLC), each with a spectrum of the site.
+    Limit states are damage (SLD), life safety (SLV) and collapse (SLC), each with a spectrum of the site.
     """
     from limitmason.capacity.analysis import whole_pushover
     from limitmason.codes import FloorSpectrum, GroundSpectrum, assess

@@ -42,7 +42,7 @@ class SolidView:
     """
 
     def __init__(self, assembly: Assembly, view: Camera, motion: RigidMotion | None = None) -> None:
-        """Place the pieces of all blocks as the motion has them; find edges and faces.
+        """Find edges and faces of the pieces of all blocks, moved as the motion has them.
 
         Parameters
         ----------
@@ -78,7 +78,7 @@ class SolidView:
 
 
 class _Ink:
-    """Paths with their colours, in the order of painting; widths in points."""
+    """Paths with colours and widths [points], in the order of painting."""
 
     def __init__(self) -> None:
         """Begin without paths."""
@@ -226,7 +226,10 @@ def _joint_marks(scene: SolidView, joints: MovingJoints | None) -> dict[int, lis
 
 
 def _shared_faces(assembly: Assembly) -> set[tuple[int, int]]:
-    """Faces (piece, face) that two pieces of a block share: cuts, not surfaces."""
+    """Faces (piece, face) that two pieces of a block share: cuts, not surfaces.
+
+    Pieces are numbered through all blocks, faces within their piece.
+    """
     hidden: set[tuple[int, int]] = set()
     start = 0
     for block in assembly.blocks:
@@ -295,7 +298,7 @@ class Layout:
     """
 
     def __init__(self, scene: SolidView, bounds: Array, ax: Axes | None = None) -> None:
-        """Fit the drawing on its page; find a free corner for the axes, and their length."""
+        """Fit the drawing on its page, and find a free corner and a length for the axes."""
         self.view = scene.view
         span = np.ptp(bounds, axis=0)
         room = np.array([style.page_width() - 0.24, style.HEIGHT])  # [in], without the margins of a bare page

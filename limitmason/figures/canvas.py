@@ -124,7 +124,7 @@ class Canvas:
         return draw_ties(self.ax, self.model, lambda p: p @ self.axes, self.width, motion=motion, yields=yields)
 
     def load(self, loads: Loads | None, label: str = "live load") -> list[Line2D]:
-        """Draw the resultant of the live loads from where it acts; return its entry.
+        """Draw the resultant of the live loads where it acts, and return its entry.
 
         The entry is for the legend, by ``label``, or none.
         """

@@ -218,7 +218,7 @@ def _limits(rows: list[ComparedValue], log: bool) -> tuple[float, float]:
 
 
 def _draw_group(ax: Axes, rows: list[ComparedValue], group: str, k: int) -> Any:
-    """Draw the values of a group with their ranges; return their legend entry.
+    """Draw the values of a group with their ranges, and return their legend entry.
 
     Parameters
     ----------

@@ -201,7 +201,7 @@ def _caption(report: ContactReport) -> str:
 
 
 def _handles(report: ContactReport, *, plane: bool) -> list[Patch | Line2D]:
-    """Legend entries of what is in the drawing; ``plane``: it is an elevation."""
+    """Legend entries of the drawing, which is an elevation where ``plane`` is true."""
     mark: dict[str, Any] = {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"}
     # what there is of a kind, its colour and name, and how its mark differs from a thick line
     entries: list[tuple[Any, str, str, dict[str, Any]]] = [

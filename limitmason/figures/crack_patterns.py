@@ -36,7 +36,7 @@ def cracks(
     title: str | None = None,
     caption: str | None = None,
 ) -> Figure:
-    """Elevations of a driven structure; joints are drawn thicker the more they moved.
+    """Elevations of a driven structure, its joints thicker the more they moved.
 
     A joint is drawn where it has failed: vermilion where it has opened more than slid, blue where it slid, its line as
     thick as its movement is large beside the largest of the same picture; below a thirtieth of that it is a thin grey

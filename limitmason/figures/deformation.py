@@ -193,6 +193,8 @@ def cracked_joints(model: Assembly, motion: RigidMotion, crack: float | None) ->
 def _joint_movements(model: Assembly, motion: RigidMotion) -> tuple[Array, Array]:
     """Largest opening and sliding at corners of every interface, from block a [m].
 
+    ``motion`` is that of the blocks, not enlarged.
+
     Returns
     -------
     opening, sliding : shape (k,); opening is positive where block b moves away from a
@@ -224,7 +226,7 @@ def moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Array
     state : a state, a history, or a pair of displacements [m] and unit quaternions
     sample : number of the sample of a history; of no meaning for the others
     """
-    bodies = getattr(state, "bodies", None)
+    bodies = getattr(state, "bodies", None)  # of a state; a history has rows by sample instead
     if bodies is not None:
         shift, quaternion = bodies.shift, bodies.quat
     elif hasattr(state, "quaternion"):

@@ -35,7 +35,7 @@ _KEPT = (style.BLUE, style.GREEN, style.PURPLE, style.ORANGE)
 
 
 class _Sheet:
-    """A page filled downwards to ``depth`` [in]; axes are placed once its height is known."""
+    """A page filled downwards, so far to ``depth`` [in], whose height is known last."""
 
     def __init__(self) -> None:
         """Begin an empty page, whose width is that of an A4 page's text."""
@@ -197,7 +197,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
 
 
 def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
-    """What the panels show; ``noise`` is its deviation [%], ``left_out`` has no panel."""
+    """Words below the panels, with deviation ``noise`` [%] and what is ``left_out``."""
     markers = kinds_note(result.design.kinds)
     parts = [f"{markers.capitalize()}, each with the trend of its own along the covariate" if markers
              else "Points: specimens; line: trend along the covariate"]
@@ -357,7 +357,7 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
 
 
 def _predicted(ax: Axes, result: Any, quantity: str) -> int:
-    """Draw predicted against measured ``quantity``; return the lines of its legend.
+    """Draw predicted against measured ``quantity``, and return its legend lines.
 
     Predictions are those of the baseline and of the first kept explanation, if any.
     """

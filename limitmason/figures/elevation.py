@@ -90,7 +90,7 @@ class Elevation:
         return ("along the wall", "z")
 
     def paths(self, blocks: Index, motion: RigidMotion | None = None) -> list[Path]:
-        """Outline of each of ``blocks``, by number, moved or not.
+        """Outline of each of ``blocks``, by number, where ``motion`` has it or at rest.
 
         The loops of a block are one path.
         """
@@ -138,6 +138,7 @@ class Elevation:
         Parameters
         ----------
         interfaces : their numbers, shape (k,)
+        motion : of the blocks; None for the place at rest, where both are one
         """
         x = self.assembly.arrays
         a, b = np.empty((len(interfaces), 2, 2)), np.empty((len(interfaces), 2, 2))
@@ -202,7 +203,7 @@ _DENSE = 150
 def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
     """Draw original outlines of ``moving`` blocks, dashed and over the displaced ones.
 
-    Where they are many they are pale lines under the blocks.
+    Where they are many they are pale lines under the blocks. ``width`` is that of outlines [pt].
     """
     rows = np.flatnonzero(moving)
     if not len(rows):
@@ -220,6 +221,8 @@ def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMo
     Parameters
     ----------
     joints : flags ``opens`` and ``slides`` of the interfaces, shape (k,), which choose the colour
+    motion : of the blocks, which carry the two faces of a joint apart
+    width : of outlines [pt]; faces are a little thicker
     """
     for flags, colour, gid in ((joints.opens, style.OPENING, "opening"), (joints.slides, style.SLIDING, "sliding")):
         rows = np.flatnonzero(flags)

@@ -108,12 +108,14 @@ def tie_forces(model: Assembly, prediction: Prediction) -> Array:
 def _draw_segments(
     ax: Axes, forces: JointForces, rows: Index, axes: Array, length: float, thickest: float
 ) -> None:
-    """Draw a segment per interface along its resultant, through the centre of pressure.
+    """Draw a segment per interface along its resultant, at the centre of pressure.
 
     Parameters
     ----------
     rows : numbers of the interfaces, which carry a force
+    axes : directions to the right and up on the page, shape (3, 2)
     length : of all segments [m]
+    thickest : width of the segment of the largest force [pt]
     """
     if not len(rows):
         return
@@ -138,7 +140,8 @@ def _draw_thrust_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Arr
     ----------
     line : of thrust through the joints of a chain of blocks: its points ``centre`` [m], shape (p, 3), and the size of
         the resultant ``force`` [N] at each, shape (p,)
-    forces : of all joints, whose largest has the width ``thickest``
+    forces : of all joints, whose largest has the width ``thickest`` [pt]
+    axes : directions to the right and up on the page, shape (3, 2)
     """
     flat = line.centre @ axes
     width = thickest * line.force / np.linalg.norm(forces.force, axis=1).max()

@@ -170,7 +170,7 @@ def _is_multiplier(curve: Any) -> bool:
 
 
 def _by_label(curves: Any) -> list[tuple[str, Any]]:
-    """Pairs of label and curve to draw; the label is empty where a curve has none.
+    """Pairs of label and curve to draw, with an empty label where there is none.
 
     Parameters
     ----------

@@ -140,8 +140,8 @@ def elevation_loops(block: Block, plane: Plane, tolerance: float) -> list[Array]
 def _front(part: Solid, plane: Plane) -> Array:
     """Corners of the silhouette of ``part`` [m], counter-clockwise, shape (n, 3).
 
-    The viewer is at -normal: the least depth is in front. A face in front keeps corners within a straight side, where
-    neighbours end; a hull drops them.
+    The viewer is at -normal of ``plane``: the least depth is in front. A face in front keeps corners within a straight
+    side, where neighbours end; a hull drops them.
     """
     v = part.vertices
     depth = v @ plane.normal
@@ -178,6 +178,7 @@ def _through(flat: Array, label: Index, i: int, j: int, tolerance: float) -> lis
     ----------
     flat, label : points on the page [m], shape (n, 2), and their numbers by :func:`_labels`, shape (n,)
     i, j : rows of the two ends
+    tolerance : distance from the edge up to which a point lies on it [m]
     """
     edge = flat[j] - flat[i]
     length = np.linalg.norm(edge)
@@ -230,6 +231,7 @@ def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
     Parameters
     ----------
     parts : the pieces; the only piece of a convex block keeps all its edges
+    tolerance : distance up to which places are one [m]
     """
     # normal and offset of every face of every piece
     planes = [[face_plane(part.vertices[list(f)]) for f in part.faces] for part in parts]
@@ -265,6 +267,8 @@ def _stretches(
     ----------
     a, b : ends of the edge [m], shape (3,)
     own : number of the piece that it is of
+    normals, offsets : planes of the faces of every piece, shapes (f, 3) and (f,) [m]
+    tolerance : distance up to which places are one [m]
     """
     length = float(np.linalg.norm(b - a))
     cuts = [0.0, 1.0]
@@ -287,6 +291,8 @@ def _is_edge(middle: Array, along: Array, normals: list[Array], offsets: list[Ar
     Parameters
     ----------
     middle, along : place on the edge and vector along it [m], shape (3,)
+    normals, offsets : planes of the faces of every piece, shapes (f, 3) and (f,) [m]
+    tolerance : gap between pieces of the block that is none [m]
     """
     # v, w: unit vectors across the edge, from x, or from y where the edge lies within 45 degrees of x
     u = along / np.linalg.norm(along)

@@ -43,7 +43,7 @@ def draw_ties(
     ax: Axes, model: Assembly, project: Callable[[Array], Array], width: float, *, motion: RigidMotion | None = None,
     yields: Flags | None = None,
 ) -> list[Line2D]:
-    """Draw the ties over the blocks, as if of glass; return legend entries.
+    """Draw the ties over blocks as if of glass, and return legend entries.
 
     Parameters
     ----------

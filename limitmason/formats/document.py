@@ -29,7 +29,7 @@ _SHOWN = 60
 
 
 class DocumentNode:
-    """A value of a document that knows where it stands, so that every error can say so.
+    """A value of a document that knows where it stands, for errors to say so.
 
     Parameters
     ----------

@@ -122,7 +122,9 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
 
 
 def _warn_of_precision(file: str, vertices: Array, scale: float, found: Sequence[MeshBody]) -> None:
-    """Warn of bodies far from the origin of a file in single precision, whose corners it rounds.
+    """Warn of bodies far from the origin of a file that holds single precision.
+
+    Their corners are rounded by it.
 
     Parameters
     ----------

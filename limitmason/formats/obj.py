@@ -246,7 +246,9 @@ def _solid(points: Array, faces: list[tuple[int, ...]]) -> Solid:
 
 
 def _bodies(solid: Solid) -> list[Solid]:
-    """The bodies of a solid that encloses several, each with its hollows, or the solid itself.
+    """Bodies of a solid that encloses several, each with its hollows.
+
+    Where they cannot be told apart it is the solid itself.
 
     Parameters
     ----------

@@ -209,7 +209,7 @@ def _merged(ring: Array, least: float) -> Array:
 
 
 def _repeats(rings: list[Array], shapely: Any) -> dict[int, int]:
-    """Numbers of the outlines that repeat an earlier one, and those of that.
+    """Numbers of the outlines that repeat an earlier one, with the number of that one.
 
     ``rings`` are all outlines [m], shape (n, 2) each, and ``shapely`` is the module.
     """
@@ -225,7 +225,7 @@ def _repeats(rings: list[Array], shapely: Any) -> dict[int, int]:
 
 
 def _meet_corners(rings: list[Array], gap: float) -> None:
-    """Corners of different outlines within the gap of each other go to their mean.
+    """Corners of different outlines within ``gap`` [m] of each other go to their mean.
 
     Nearest pairs come first. ``rings`` are changed in place [m], shape (n, 2) each.
     """
@@ -345,8 +345,8 @@ def _contacts(
 def loops(lines: Sequence[ArrayLike], gap: float) -> tuple[list[Array], list[int]]:
     """Outlines that single lines enclose together [m], shape (n, 2) each.
 
-    Also the numbers of the lines that enclose nothing. What is no wider than ``gap`` on average (2 area / perimeter) is
-    no outline, but the space between the lines of two stones.
+    Returned too are the numbers of the lines that enclose nothing. What is no wider than ``gap`` on average (2 area /
+    perimeter) is no outline, but the space between the lines of two stones.
 
     Parameters
     ----------

@@ -128,7 +128,7 @@ def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
 
 
 def _without_loose_layers(path: Path, given: dict[str, Any], drawn: Outlines, best: Proposal | None) -> Proposal | None:
-    """The proposal without layers whose outlines all float, if fewer blocks float then.
+    """The proposal without layers whose outlines all float, if fewer blocks float so.
 
     So a pipe that is drawn in an opening is left out, which is no stone.
 

@@ -59,7 +59,7 @@ class Stones(NamedTuple):
 
 
 class MetStones(NamedTuple):
-    """Stones made to meet, and what that changed, which ``str`` of it says line by line.
+    """Stones made to meet, and what that changed, told line by line by ``str``.
 
     Parameters
     ----------

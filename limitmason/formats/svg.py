@@ -201,7 +201,10 @@ def _shapes(
 
 
 def _style_sheet(root: ElementTree.Element) -> dict[str, str]:
-    """Declarations of the style sheets in a drawing, by a tag, ".class" or "#id"; other selectors are left out."""
+    """Declarations of the style sheets in a drawing, by a tag, ".class" or "#id".
+
+    Other selectors are left out. ``root`` is the outermost element.
+    """
     out: dict[str, str] = {}
     for style in (e for e in root.iter() if _kind(e) == "style"):
         text = re.sub(r"/\*.*?\*/", "", "".join(style.itertext()), flags=re.DOTALL)

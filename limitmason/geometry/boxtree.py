@@ -60,9 +60,9 @@ def overlapping_pairs(low: Array, high: Array) -> tuple[Index, Index]:
 
 
 def _morton(points: Array) -> NDArray[np.uint64]:
-    """Morton code of every point [m], shape (n, 3): its coordinates bit by bit in turn.
+    """Morton code of every point [m], shape (n, 3): near codes are near places.
 
-    Near codes are near places.
+    A code has the bits of the three coordinates in turn.
     """
     span = max(float(np.ptp(points, axis=0).max()), 1e-300)
     cell = ((points - points.min(axis=0)) / span * (_CELLS - 1)).astype(np.uint64)

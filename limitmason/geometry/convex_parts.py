@@ -111,7 +111,7 @@ _TOO_MANY = (
 def _hollow_edges(solid: Solid, slack: float) -> int:
     """Number of edges at which two faces enclose more than 180 degrees.
 
-    Every part ends at one of them at least.
+    Every part ends at one of them at least. ``slack`` is the distance up to which a corner lies in a plane [m].
     """
     planes = [face_plane(solid.vertices[list(f)]) for f in solid.faces]
     # number of the face that runs along every edge in either sense
@@ -182,7 +182,7 @@ class _Face:
 def _divided(
     cell: Solid, within: list[tuple[int, Array]], faces: Sequence[_Face], slack: float
 ) -> list[tuple[Solid, list[tuple[int, Array]]]]:
-    """Parts of a cell below and above the plane of a face, with pieces of faces in each.
+    """Parts of a cell below and above the plane of a face, with the faces in each.
 
     The plane is that which cuts fewest other faces, and of these that of the largest area.
 
@@ -234,7 +234,10 @@ def _winding(point: Array, triangles: Array) -> float:
 
 
 def _joined(parts: list[Solid], slack: float) -> list[Solid]:
-    """Parts of which none two have a convex union, joined largest common face first."""
+    """Parts of which no two have a convex union, made of ``parts``.
+
+    Those with the largest common face are joined first. ``slack`` is the distance up to which corners are one [m].
+    """
     present = dict(enumerate(parts))
     candidates = _unions(present, [(i, j) for i in present for j in present if i < j], slack)
     number = len(parts)
@@ -251,11 +254,13 @@ def _joined(parts: list[Solid], slack: float) -> list[Solid]:
 def _unions(
     parts: dict[int, Solid], pairs: list[tuple[int, int]], slack: float
 ) -> dict[tuple[int, int], tuple[float, Solid]]:
-    """Pairs of parts with a convex union: area of the face they share [m2], and the union.
+    """Pairs of parts with a convex union: area of their common face [m2], and the union.
 
     Parameters
     ----------
+    parts : by number
     pairs : numbers of parts to try
+    slack : distance up to which corners are one [m]
     """
     out = {}
     for i, j in pairs:
@@ -267,7 +272,10 @@ def _unions(
 
 
 def _common_face(a: Solid, b: Solid, slack: float) -> float:
-    """Area of a face that two parts share corner by corner [m2], zero without one."""
+    """Area of a face that two parts share corner by corner [m2], zero without one.
+
+    Corners within a few times ``slack`` [m] are one.
+    """
     for f in a.faces:
         for g in b.faces:
             if len(f) != len(g):
@@ -282,7 +290,8 @@ def _common_face(a: Solid, b: Solid, slack: float) -> float:
 def _union(a: Solid, b: Solid, slack: float) -> Solid | None:
     """Union of two convex parts where it is convex, else None.
 
-    It is then what lies below those planes of their faces that have both parts below them.
+    It is then what lies below those planes of their faces that have both parts below them, to a few times ``slack``
+    [m].
     """
     points = np.vstack([a.vertices, b.vertices])
     planes: list[tuple[Array, float]] = []
@@ -311,7 +320,8 @@ def _refuse_several_bodies(parts: list[Solid], slack: float) -> None:
 def _touch(a: Solid, b: Solid, slack: float) -> bool:
     """Whether two parts that do not overlap share part of a face.
 
-    Planes of a in which b begins are clipped by both.
+    Faces of a in whose plane b begins are clipped by the faces of b. ``slack`` is the distance from a plane up to which
+    a corner lies in it [m].
     """
     for f in a.faces:
         n, d = face_plane(a.vertices[list(f)])

@@ -113,7 +113,10 @@ def facing_pairs(
 
 
 def all_faces(solids: Sequence[Solid]) -> tuple[Faces, Index]:
-    """All faces, and the row of each solid's first one with the total at the end, shape (solids + 1,)."""
+    """All faces of all solids, and the row of each solid's first one.
+
+    The rows have the total at the end, shape (solids + 1,).
+    """
     widest = max(len(f) for s in {s.faces: s for s in solids}.values() for f in s.faces)
     n_faces = np.array([len(s.faces) for s in solids])
     start = np.concatenate([[0], np.cumsum(n_faces)])

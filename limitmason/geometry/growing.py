@@ -53,7 +53,7 @@ class Grown(NamedTuple):
 def grown(
     stones: Sequence[Array], reach: float, against: Sequence[Solid] = (), names: Sequence[str] | None = None
 ) -> Grown:
-    """Grow convex stones until they meet their neighbours half-way, and cut them where they overlap.
+    """Grow convex stones until they meet half-way, and cut them where they overlap.
 
     Each pair nearer than twice the reach is parted by a plane: across the shortest distance between them, in its
     middle; where they overlap, that of least overlap among their faces. A stone is what lies on its side of all its

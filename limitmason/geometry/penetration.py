@@ -146,13 +146,13 @@ def _shared_points(solids: Sequence[Solid], faces: Faces, start: Index, i: int, 
 
 
 def _face_axes_depth(solids: Sequence[Solid], faces: Faces, start: Index, p: Index, q: Index) -> Array:
-    """Least overlap of pairs of pieces along the normals of their faces [m], shape (m,).
+    """Least overlap of pairs of pieces along the normals of their faces [m], (m,).
 
     It is negative where a plane separates them.
 
     Parameters
     ----------
-    faces : of all pieces
+    solids, faces : all pieces, and the faces of all
     start : first face of every piece, shape (pieces + 1,)
     p, q : numbers of the pieces of every pair, shape (m,)
     """

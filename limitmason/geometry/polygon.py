@@ -91,7 +91,7 @@ def centroid_in_space(corners: Array) -> Array:
 
 
 def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
-    """Counter-clockwise outline without repeated or collinear vertices [m], shape (k, 2).
+    """Counter-clockwise outline without repeated or collinear vertices [m], (k, 2).
 
     Parameters
     ----------
@@ -270,6 +270,7 @@ def clip_convex(subject: ArrayLike, window: ArrayLike) -> Array:
     for a, b in zip(w, np.roll(w, -1, axis=0), strict=True):
         if not len(p):
             break
+        # positive for corners left of the edge from a to b, which is inside the window
         d = (b[0] - a[0]) * (p[:, 1] - a[1]) - (b[1] - a[1]) * (p[:, 0] - a[0])
         out = []
         for i in range(len(p)):

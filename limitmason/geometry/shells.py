@@ -52,7 +52,9 @@ def bodies_of_triangles(corners: Array, triangles: Index, *, whole: bool) -> lis
 
 
 def bodies_of_faces(corners: Array, faces: Index | Sequence[Sequence[int]]) -> Index:
-    """Number of the body of every face, counted from 0 in the order of their first faces, shape (m,).
+    """Number of the body of every face, shape (m,).
+
+    Bodies are counted from 0 in the order of their first faces.
 
     Parameters
     ----------
@@ -158,7 +160,9 @@ def _edges(sides: Index) -> tuple[Index, list[Index]]:
 
 
 def _wedges(axis: Array, arms: Array, forward: Any) -> Iterator[tuple[int, int]]:
-    """Pairs of faces at an edge with a body between them, like brackets about the edge.
+    """Pairs of faces at an edge with a body between them, by their numbers.
+
+    Faces about the edge open and close bodies as brackets do.
 
     Parameters
     ----------
@@ -185,10 +189,10 @@ def _wedges(axis: Array, arms: Array, forward: Any) -> Iterator[tuple[int, int]]
 
 
 def filled(corners: Array, triangles: Index) -> float:
-    """Volume of a body [m3] that does not hang on the senses of its faces, which scans often mix.
+    """Volume of a body [m3], whatever the senses of its faces.
 
-    Faces that share an edge are turned alike, each piece of them that was mixed outwards. What is missing of an open
-    body is missing here: the cone from the mean of the corners to it.
+    Scans often mix these. Faces that share an edge are turned alike, each piece of them that was mixed outwards.
+    What is missing of an open body is missing here: the cone from the mean of the corners to it.
 
     Parameters
     ----------

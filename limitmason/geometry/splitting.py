@@ -106,7 +106,7 @@ def _solid(places: Array, faces: list[list[int]]) -> Solid:
 def below_planes(
     planes: Iterable[tuple[Array, float]], points: Array, slack: float, *, margin: float = 0.0
 ) -> Solid | None:
-    """What lies below all planes of a box around some points, or None where nothing does.
+    """What of a box around some points lies below all planes, None where nothing does.
 
     Parameters
     ----------

@@ -103,7 +103,7 @@ def side_forces(
     Raises
     ------
     InputError
-        When the block has no face on that side, or all of it above the level.
+        When the block has no face on that side, or the load is a pressure and that side lies above its level.
     """
     if isinstance(face, str) and face not in _SIDES:
         raise InputError(f"face {face!r} is not one of {tuple(_SIDES)} or a direction of three numbers")

@@ -155,7 +155,7 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
     Parameters
     ----------
     what : prediction, curve, history, modes or state; None for rest
-    scale : as in :func:`view`; None chooses one
+    scale, most : as in :func:`view`, where ``most`` is called frames; no scale chooses one
     """
     rest = ScenePose(np.zeros((model.n_blocks, 3)), np.zeros((model.n_blocks, 3)), "")
     if what is None:
@@ -185,7 +185,7 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
 
 
 def _of_mechanism(model: Assembly, prediction: Prediction, line: str, scale: float, count: int) -> SceneMotion:
-    """Poses of a mechanism from rest on, the last one shown first.
+    """Poses of a mechanism, ``count`` of them from rest on, the last one shown first.
 
     Parameters
     ----------
@@ -221,13 +221,13 @@ def _of_modes(model: Assembly, modes: Modes, scale: float) -> SceneMotion:
 
 
 def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose], str, int]:
-    """Poses, what they are, and the first shown: the peak, or the end if little moved.
+    """At most ``most`` poses of a curve: what they are, and which is shown first.
 
     Returns
     -------
     poses : of the samples
     line : what is shown of each, in words
-    first : number of the sample to begin with
+    first : number of the pose to begin with: the peak, or the end where little has moved at the peak
     """
     if not len(curve.states):
         raise InputError("this curve kept no states: there is nothing to draw")
