@@ -44,7 +44,9 @@ def not_negative(name: str, value: object) -> float:
 
 
 def law_number(name: str, value: Any, *, endless: bool = False, signed: bool = False) -> None:
-    """Refuse what is no number of a law or a material: no single number, NaN, and infinite or negative unless allowed.
+    """Refuse what is no number of a joint law or a material.
+
+    That is anything but a single number, NaN, and what is infinite or negative unless that is allowed.
 
     Parameters
     ----------
@@ -65,9 +67,9 @@ def law_number(name: str, value: Any, *, endless: bool = False, signed: bool = F
 
 
 def law_angles(label: str, friction_deg: float, dilatancy_deg: float) -> None:
-    """Refuse a friction angle [deg] of 90 degrees and more, and a dilatancy angle [deg] above it.
+    """Refuse a friction angle of 90 degrees and more, and a dilatancy angle above it.
 
-    ``label`` says of which joint.
+    Both are in degrees; ``label`` says of which joint.
     """
     if friction_deg >= 90.0:
         raise InputError(f"{label}: friction_angle_deg = {friction_deg} must be below 90 degrees")

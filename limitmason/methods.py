@@ -111,7 +111,7 @@ def get_method(name: str, flow_rule: str | None = None) -> Method:
 def options_by_method(
     methods: Sequence[str], options: Mapping[str, Mapping[str, Any]] | None
 ) -> dict[str, dict[str, Any]]:
-    """Options of every method, by its name; none where none are given.
+    """Options of every method, by its name (empty where none are given).
 
     Parameters
     ----------

@@ -164,7 +164,10 @@ def stability(
         return standing_margin(assembly.with_interfaces(_shrunk(assembly, share)), loads, **model)
 
     def tilted(direction: Array) -> Callable[[float], Margin]:
-        """Margin of the structure over the angle [rad] by which the ground falls in a direction, a unit vector."""
+        """Margin of the structure over the angle by which the ground falls [rad].
+
+        ``direction`` is a horizontal unit vector, along which it falls.
+        """
 
         def at(angle: float) -> Margin:
             """Margin at one angle [rad]."""
@@ -177,9 +180,12 @@ def stability(
 
     with catch_warnings():
         simplefilter("ignore", PlausibilityWarning)  # of joints next to smooth, which nobody gave
-        divisor = last_standing(with_friction, 1.0, LARGEST_DIVISOR, accuracy)
-    share = last_standing(with_share, 1.0, SMALLEST_SHARE, accuracy)
-    tilt = {name: np.degrees(last_standing(tilted(d), 0.0, 0.5 * math.pi, accuracy)[:2]) for name, d in ground.items()}
+        divisor = last_standing(with_friction, safe=1.0, far=LARGEST_DIVISOR, accuracy=accuracy)
+    share = last_standing(with_share, safe=1.0, far=SMALLEST_SHARE, accuracy=accuracy)
+    tilt = {}  # low and high end by direction [deg]
+    for name, d in ground.items():
+        angle = last_standing(tilted(d), safe=0.0, far=0.5 * math.pi, accuracy=accuracy)
+        tilt[name] = np.degrees(angle[:2])
     # a share falls towards where the structure does not stand: the standing end is its upper one
     return Standing(
         stands=True, state=state, friction=divisor,
@@ -190,9 +196,9 @@ def stability(
 
 
 def _state(problem: Problem) -> tuple[bool | None, Prediction]:
-    """Whether some forces carry the dead load, with these forces or the motion by which it falls.
+    """Whether the dead load is carried, with its forces or the motion of its fall.
 
-    None where neither was found.
+    It is None where neither was found.
 
     Parameters
     ----------
@@ -200,7 +206,9 @@ def _state(problem: Problem) -> tuple[bool | None, Prediction]:
     """
     forces, falling = carry(problem)
     words = Bound(BoundKind.NONE, "no multiplier: forces that carry the dead load" if forces else "")
-    state = Prediction("stability", math.nan, words, Status.SOLVED, None, forces, **problem.contact_facts)
+    state = Prediction(
+        "stability", math.nan, words, Status.SOLVED, mechanism=None, resultants=forces, **problem.contact_facts
+    )
     if forces is not None:
         return True, state
     return (None, replace(state, status=Status.NOT_CONVERGED)) if falling is None else (False, falling)
@@ -247,7 +255,9 @@ def _horizontal(name: str, direction: ArrayLike) -> Array:
 def _below_normality(
     assembly: Assembly, loads: Loads, path: bool, model: dict[str, Any]
 ) -> tuple[bool | None, PushoverCurve | None, tuple[str, ...]]:
-    """What can be said for psi < phi, where forces that can carry the load do not prove that it is carried.
+    """What can be said for psi < phi, where admissible forces do not prove enough.
+
+    Forces that can carry the load do not prove then that it is carried.
 
     Parameters
     ----------
@@ -266,7 +276,8 @@ def _below_normality(
     if all(i.joint.tan_psi == i.joint.tan_phi for i in assembly.interfaces):
         return None, None, ()
     reduced = make_problem(assembly.with_joints(inside), loads, live_required=False, **model)
-    certain = True if carry(reduced)[0] is not None else None
+    forces, _ = carry(reduced)
+    certain = True if forces is not None else None
     notes = ["psi < phi in some joints: 'can stand' and the measures are necessary, not sufficient"]
     if certain:
         notes = ["psi < phi in some joints: friction psi carries the load too, so that it stands by every flow rule"]

@@ -54,7 +54,9 @@ class Folder:
         return name
 
     def add(self, name: str, data: bytes) -> str:
-        """Keep a file that was sent, and return its name; one that is there already with the same bytes is kept.
+        """Keep a file that was sent, and return its name.
+
+        One that is there already with the same bytes stays.
 
         Parameters
         ----------

@@ -164,13 +164,16 @@ def experiment_fields(source: str, specimen: str) -> tuple[Field, ...]:
 
 
 def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool = False) -> tuple[Field, ...]:
-    """Fields of a function or class: those to begin with in their order, then all others that a form can hold.
+    """Fields of a function or class, one for every argument that a form can hold.
+
+    Those to begin with come first, in their order.
 
     Parameters
     ----------
     start : values of the fields to begin with, by name
     whole : whether there are no others
     """
+    # a class has the signature of its __init__, whose self has no field
     made = getattr(function, "__init__", function) if inspect.isclass(function) else function
     parameters = inspect.signature(made).parameters
     told = _documented(function.__doc__ or "")
@@ -204,9 +207,10 @@ def _fields(function: Callable[..., Any], start: dict[str, Any], *, whole: bool 
 
 
 def _kind(name: str, annotation: str) -> str:
-    """Kind of the field of an argument by its name and annotation, or empty where a form cannot hold it.
+    """Kind of the field of an argument, by its name and annotation.
 
-    The first that fits counts: a text in a tuple before a tuple of numbers, a row of stones before a text.
+    It is empty where a form cannot hold the argument. The first that fits counts: a text in a tuple before a
+    tuple of numbers, a row of stones before a text.
     """
     # what the session gives itself, and what it has no use for
     if name in ("self", "wall", "assembly", "loads", "name", "joint", "path", "tolerance"):
@@ -235,7 +239,10 @@ def _shown(default: Any) -> str:
 
 
 def _documented(text: str) -> dict[str, tuple[str, str]]:
-    """Hint and unit by name of every parameter that a docstring in numpy style names; an unknown unit is empty."""
+    """Hint and unit of every parameter in a docstring of numpy style, by name.
+
+    ``text`` is the docstring. The unit is empty where it is none that is known.
+    """
     text = inspect.cleandoc(text)
     body = re.search(r"^Parameters\n-+\n(.*?)(?=^\w[^\n]*\n-+\n|\Z)", text, re.DOTALL | re.MULTILINE)
     out: dict[str, tuple[str, str]] = {}

@@ -69,7 +69,8 @@ class Jobs:
     """The worker process and the jobs that it was given.
 
     One job runs, and one at most waits behind it. Every method may be called by any thread: what it changes is behind
-    one lock, and all who wait are told.
+    one lock, ``_changed``, and all who wait are told. ``_now`` is the job that runs, ``_next`` the one that waits, and
+    ``_kept`` are the last ones by number. ``_pages`` is the number of pages that look on.
 
     Parameters
     ----------
@@ -97,7 +98,9 @@ class Jobs:
         return process.pid if process is not None and process.is_alive() else None
 
     def start(self, kind: str, lines: Sequence[ScriptLine]) -> Computation:
-        """Begin a job; a drawing that is still being made goes first, one that waits is dropped.
+        """Begin a job, or let it wait for a drawing that is still being made.
+
+        A drawing that waits already is dropped.
 
         Parameters
         ----------
@@ -208,7 +211,10 @@ class Jobs:
         self._pipe.send(list(job.lines))
 
     def _listen(self, process: BaseProcess, pipe: Connection) -> None:
-        """Take what ``process`` sends through ``pipe``, in a thread of its own, until it ends."""
+        """Take what ``process`` sends through ``pipe`` until it ends.
+
+        This runs in a thread of its own.
+        """
         while True:
             try:
                 kind, *rest = pipe.recv()

@@ -63,9 +63,9 @@ def statements(session: Mapping[str, Any], folder: Folder, *, kind: str = "solve
     if kind == "draw":
         return [
             *out,
-            ScriptLine('lm.figures.assembly(wall).savefig("wall.png", dpi=160)', "structure", True),
-            ScriptLine('lm.view(wall, path="scene.html")', "structure", True),
-            ScriptLine('lm.formats.write_json("model.json", wall, loads)', "structure", True),
+            ScriptLine('lm.figures.assembly(wall).savefig("wall.png", dpi=160)', "structure", shows=True),
+            ScriptLine('lm.view(wall, path="scene.html")', "structure", shows=True),
+            ScriptLine('lm.formats.write_json("model.json", wall, loads)', "structure", shows=True),
         ]
     analysis = _of(session, "analysis")
     name, values = _word(analysis, "kind"), _of(analysis, "values")
@@ -74,7 +74,7 @@ def statements(session: Mapping[str, Any], folder: Folder, *, kind: str = "solve
         name, values = "compare", {"methods": rule}
     out.append(ScriptLine(_analysis(name, values), "analysis"))
     out.append(ScriptLine("print(answer)", "analysis"))
-    return [*out, *(ScriptLine(line, "analysis", True) for line in _pictures(name, kind))]
+    return [*out, *(ScriptLine(line, "analysis", shows=True) for line in _pictures(name, kind))]
 
 
 def source(lines: Sequence[ScriptLine]) -> str:
@@ -121,7 +121,12 @@ def _pictures(name: str, kind: str) -> list[str]:
 
 
 def _model(session: Mapping[str, Any], folder: Folder) -> list[ScriptLine]:
-    """Lines that make joint, structure and loads; the structure may name files of ``folder``."""
+    """Lines that make joint, structure and loads.
+
+    Parameters
+    ----------
+    session : as the page sends it; a structure of kind "file" names one of ``folder``
+    """
     structure, loads = _of(session, "structure"), _of(session, "loads")
     kind, values = _word(structure, "kind"), _of(structure, "values")
     joint = ScriptLine(_filled(_known("joint", "Joint"), _of(session, "joint")), "joint")
@@ -172,11 +177,11 @@ def _experiment(structure: Mapping[str, Any], values: Mapping[str, Any]) -> list
 
 
 def _loads(loads: Mapping[str, Any], own: bool) -> list[ScriptLine]:
-    """Lines that make the loads: "kind" with its values, and what comes on top under "more".
+    """Lines that make the loads: those of a kind, and those that come on top.
 
     Parameters
     ----------
-    loads : part of the session
+    loads : part of the session: "kind" with its "values", and a list "more" of the same
     own : whether the structure brings loads of its own
     """
     kind = _word(loads, "kind")
@@ -205,7 +210,10 @@ def _filled(call: Call, values: Mapping[str, Any], *more: str, before: Sequence[
 
 
 def _arguments(fields: Sequence[Field], values: Mapping[str, Any]) -> list[str]:
-    """Keyword arguments of a call from the ``fields`` that are filled in; what has no field is refused."""
+    """Keyword arguments of a call, from those of its ``fields`` that are filled in.
+
+    ``values`` are what was typed, by name of the field; a name that no field has is refused.
+    """
     unknown = set(values) - {f.name for f in fields}
     if unknown:
         raise InputError(f"the form has no field {sorted(unknown)[0]!r}")

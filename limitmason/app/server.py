@@ -55,6 +55,8 @@ class Refused(Exception):
 class Server(ThreadingHTTPServer):
     """The application: one folder, one process for solves, any number of pages.
 
+    ``hosts`` are the names, with the port, by which it may be asked. ``token`` is the secret part of its address.
+
     Parameters
     ----------
     folder : the only place where files are read and written
@@ -69,7 +71,7 @@ class Server(ThreadingHTTPServer):
     daemon_threads = True
 
     def __init__(self, folder: str = ".", port: int = 0) -> None:
-        """Open the port; the token in the address keeps other users and pages out."""
+        """Open the port under a token in the address, for this user's pages alone."""
         self.folder = Folder(folder)
         self.jobs = Jobs(str(self.folder.path))
         try:
@@ -116,7 +118,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Say nothing: the address holds the token."""
 
     def _answer(self, how: Callable[[str, dict[str, str]], None]) -> None:
-        """Answer a request, or say why not: an error of input as 422, a mistake of ours as 500.
+        """Answer a request, or say why not: wrong input is 422, a mistake of ours 500.
 
         Parameters
         ----------
@@ -130,18 +132,18 @@ class _Handler(BaseHTTPRequestHandler):
                 self.close_connection = True  # its body was perhaps not read: what follows would be taken for a request
                 self._send(refusal.status, json.dumps({"error": refusal.reason}).encode(), "application/json")
             except InputError as error:
-                self._json({"error": {"part": "structure", "name": "InputError", "text": str(error)}}, 422)
+                self._json({"error": {"part": "structure", "name": "InputError", "text": str(error)}}, status=422)
             except ConnectionError:  # the page has gone, see above: there is nobody to tell
                 raise
             except Exception as error:
                 text = f"a mistake in limitmason, please report it: {error!r}"
-                self._json({"error": {"part": "structure", "name": type(error).__name__, "text": text}}, 500)
+                self._json({"error": {"part": "structure", "name": type(error).__name__, "text": text}}, status=500)
 
     def _allowed(self) -> tuple[str, dict[str, str]]:
-        """Path behind the token, and the query by name, of a request that may be answered; others are refused.
+        """Path behind the token, and the query by name, of a request.
 
-        The host keeps out names that another site had resolved to this machine, the origin its pages, the token users
-        of this machine.
+        One that may not be answered is refused. The host keeps out names that another site had resolved to this
+        machine, the origin its pages, the token users of this machine.
         """
         host, origin = self.headers.get("Host", ""), self.headers.get("Origin")
         if host not in self.server.hosts:
@@ -180,7 +182,7 @@ class _Handler(BaseHTTPRequestHandler):
         elif path == "api/events":
             self._events()
         elif path.startswith("api/result/"):
-            self._result(path.removeprefix("api/result/"), "download" in query)
+            self._result(path.removeprefix("api/result/"), download="download" in query)
         else:
             raise Refused(404, "there is nothing here")
 
@@ -209,7 +211,7 @@ class _Handler(BaseHTTPRequestHandler):
             raise Refused(404, "there is nothing here")
 
     def _session(self, path: str, session: dict[str, Any], kind: str) -> None:
-        """Answer with the script of a session, or run it as a job; busy is 409.
+        """Answer with the script of a session, or run it as a job (409 if busy).
 
         Parameters
         ----------
@@ -226,7 +228,7 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             job = self.server.jobs.start(kind, lines)
         except Busy as busy:
-            self._json({"error": {"part": "analysis", "name": "Busy", "text": str(busy)}}, 409)
+            self._json({"error": {"part": "analysis", "name": "Busy", "text": str(busy)}}, status=409)
             return
         self._json({"job": job.number})
 
@@ -238,12 +240,15 @@ class _Handler(BaseHTTPRequestHandler):
                 "folder": self.server.folder.path.name, "largest": LARGEST}
 
     def _events(self) -> None:
-        """Tell a page how far the job is until the page goes away, which writing to it then shows."""
+        """Tell a page how far the job is until the page goes away.
+
+        Writing to a page that has gone ends in an error.
+        """
         if not self.server.jobs.page_opened():
             raise Refused(409, "the application is open in too many pages: close one")
         self.close_connection = True
         try:
-            self._head(200, "text/event-stream", None)
+            self._head(200, "text/event-stream", length=None)
             said = ""
             while True:
                 job = self.server.jobs.last()
@@ -255,7 +260,7 @@ class _Handler(BaseHTTPRequestHandler):
         finally:
             self.server.jobs.page_closed()
 
-    def _result(self, path: str, download: bool) -> None:
+    def _result(self, path: str, *, download: bool) -> None:
         """Send what a job gave as JSON, or one of its files.
 
         Parameters
@@ -289,7 +294,10 @@ class _Handler(BaseHTTPRequestHandler):
         return bytes(data)
 
     def _body(self, most: int) -> bytes:
-        """What a request brings, refused by its announced size, above ``most`` bytes, before any of it is read."""
+        """What a request brings, refused where it announces more than ``most`` bytes.
+
+        It is refused before any of it is read.
+        """
         length = self.headers.get("Content-Length", "")
         if not length.isdecimal() or len(length) > 15:  # an endless number is not worth reading
             raise Refused(411, "the length is missing")
@@ -312,7 +320,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _head(
         self, status: int, kind: str, length: int | None, policy: str = _OWN, attachment: str | None = None
     ) -> None:
-        """Send the head of an answer, with the headers that keep other sites from using it.
+        """Send the head of an answer, which keeps other sites from using it.
 
         Parameters
         ----------

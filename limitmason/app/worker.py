@@ -42,7 +42,7 @@ MOST_NAMES = 2000
 
 
 def work(pipe: Connection, folder: str) -> None:
-    """Run what comes through the pipe, one session after another, until the other end goes away.
+    """Run the sessions that come through the pipe until its other end goes away.
 
     Parameters
     ----------
@@ -119,10 +119,10 @@ def run(lines: Sequence[ScriptLine], folder: str) -> dict[str, Any]:
 
 
 def summary(names: Mapping[str, Any]) -> dict[str, Any]:
-    """What the page writes of an answer, by what it is, from the names that a session made.
+    """What the page writes of an answer, by what it is.
 
-    There is always the "structure". With an answer "number" is what stands in large letters, None where it has none or
-    it is not finite, and "what" says what that is.
+    ``names`` are the variables of the session. There is always the "structure". With an answer "number" is what stands
+    in large letters, None where it has none or it is not finite, and "what" says what that is.
     """
     wall = names["wall"]
     free = int((~wall.fixed).sum())
@@ -172,7 +172,9 @@ def _plain(value: float) -> float | None:
 
 
 def _written(line: str, names: dict[str, Any], folder: str) -> dict[str, bytes]:
-    """Run a line that writes files, and return what is in them by their names: they stay in no folder.
+    """Run a line that writes files, and return what is in them by their names.
+
+    The files stay in no folder.
 
     Parameters
     ----------
@@ -198,7 +200,10 @@ def _words(error: BaseException) -> str:
 
 
 def _proposed(line: str) -> str:
-    """What makes the stones of a drawing meet, in the words of the form, from the line that read it."""
+    """What makes the stones of a drawing meet, in the words of the form.
+
+    ``line`` is the one that read the drawing.
+    """
     if not line.startswith(DRAWING):
         return ""
     # the line is an assignment of a call with literal arguments: read, not run
@@ -225,7 +230,10 @@ def _end_with_the_parent() -> None:
 
 
 def _limit_memory() -> None:
-    """Refuse more than half of the machine's memory by an error, before the machine stands still."""
+    """Make it an error to take more than half of the machine's memory.
+
+    Else the machine would stand still.
+    """
     try:
         import resource
 

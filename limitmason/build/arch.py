@@ -193,7 +193,7 @@ def _pointed(span: float, rise: float, thickness: float, voussoirs: int) -> tupl
             )
         # the last joint is vertical for both arcs, not radial to either
         curve[-1] = 0.0, math.sqrt(r**2 - centre**2)
-        sides.append(np.vstack([curve, curve[-2::-1] * [-1.0, 1.0]]))
+        sides.append(np.vstack([curve, curve[-2::-1] * [-1.0, 1.0]]))  # from the crown on its mirror image
     return snapped(sides[0], thickness), snapped(sides[1], thickness), {"radius": radius, "span": span, "rise": rise}
 
 
@@ -225,13 +225,13 @@ def _erect(
                 raise InputError(f"{name} is given but pier_height is not")
         for side, end in (("left", 0), ("right", -1)):
             outline = springing(inner[end], outer[end], held, left=side == "left")
-            site.add(f"base-{side}", prism(outline, 0.0, wide), fixed=True)
+            site.add(f"base-{side}", prism(outline, y0=0.0, y1=wide), fixed=True)
     else:
         tall = positive("pier_height", piers.height)
         _add_piers(site, inner, outer, wide, tall, piers.width, count("pier_courses", piers.courses), held)
     for k in range(number):
         # a voussoir's bed joints are radial; the course, and so the length of the unit, runs along the width
-        site.add(f"voussoir-{k + 1}", prism(outlines[k], 0.0, wide), axis=(0.0, 1.0, 0.0))
+        site.add(f"voussoir-{k + 1}", prism(outlines[k], y0=0.0, y1=wide), axis=(0.0, 1.0, 0.0))
     recipe = {
         "kind": "arch", **recipe, "width": wide, "voussoirs": number, "keystone": number % 2 == 1,
         "pier_height": piers.height,
@@ -257,13 +257,13 @@ def _add_piers(
     courses : of each pier
     held : thickness of the base [m]
     """
-    joint = abs(outer[0, 0] - inner[0, 0])
+    joint_width = abs(outer[0, 0] - inner[0, 0])  # of the springing
     slope = max(abs(outer[0, 1] - inner[0, 1]), abs(outer[-1, 1] - inner[-1, 1]), abs(inner[0, 1] - inner[-1, 1]))
-    if slope > _LEVEL * joint:
+    if slope > _LEVEL * joint_width:
         raise InputError("pier_height: piers need level springings (angle_deg of 180, or a pointed arch)")
-    broad = joint if pier_width is None else positive("pier_width", pier_width)
-    if broad < joint * (1.0 - _LEVEL):
-        raise InputError(f"pier_width {broad:g} m is less than the thickness of the arch ({joint:g} m)")
+    broad = joint_width if pier_width is None else positive("pier_width", pier_width)
+    if broad < joint_width * (1.0 - _LEVEL):
+        raise InputError(f"pier_width {broad:g} m is less than the thickness of the arch ({joint_width:g} m)")
     top = float(inner[0, 1])
     near, far = float(inner[0, 0]), float(inner[-1, 0])
     xs = {"left": (near - broad, near), "right": (far, far + broad)}

@@ -53,6 +53,8 @@ def make_bond(
             f"unit: {name} bond needs units twice as long as thick (nominal sizes, joints included), "
             f"got {length:g} x {thickness:g} m"
         )
+    # module: length along the wall of each unit that a leading course repeats, and whether it is a header. pitch is the
+    # longest of these lengths, across the number of units side by side in the thickness, depth the thickness
     if name == "running":
         number = count("leaves", 1 if leaves is None else leaves)
         if number > len(ascii_lowercase):  # names of blocks have a letter for the leaf
@@ -90,15 +92,13 @@ def make_bond(
 
 
 def lapping_course(bond: Bond, length: float, ends: Ends, leading: Leading) -> tuple[Piece, ...]:
-    """Return the course laid over and under the leading one.
-
-    It stops at the crossing walls.
+    """Return the course laid over and under the leading one, between crossing walls.
 
     Parameters
     ----------
     bond : of both courses
     length : of the run [m]
-    ends : what bounds the run and what meets it between
+    ends : thickness of the walls that cross at its start and end [m], 0 for a free end, and the span of a T junction
     leading : the course that it laps
     """
     low, high = ends.start, length - ends.end
@@ -120,7 +120,7 @@ def lapping_course(bond: Bond, length: float, ends: Ends, leading: Leading) -> t
             # at a free end of the run, where no wall crosses
             if start == 0.0:
                 cuts = _closer_second(bond, cuts, below)
-            if end == length:
+            if end == length:  # the same there, on the mirror image of the course
                 mirrored = _closer_second(bond, [length - u for u in cuts[::-1]], [length - u for u in below])
                 cuts = [start, *(length - u for u in mirrored[-2:0:-1]), end]
         for a, b in pairwise(cuts):
@@ -172,9 +172,9 @@ def smallest_overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> floa
 
 
 def _lapping_joints(bond: Bond, length: float, ends: Ends, leading: Leading) -> list[float]:
-    """Head joints of the lapping course in increasing order [m].
+    """Places of the head joints of the lapping course in increasing order [m].
 
-    They stand over every piece of the leading one.
+    Over every piece of the leading course there is one, or two.
 
     Parameters
     ----------
@@ -237,9 +237,8 @@ def _offsets(bond: Bond, size: float, header: bool, *, clipped: bool, centred: b
 def _closer_second(bond: Bond, cuts: list[float], below: list[float]) -> list[float]:
     """Swap a closer at the free start of a course with the header behind it.
 
-    Returned are the ends of the pieces [m].
-
-    The wall then ends in a whole header. Left alone where the moved joint would come too near one of the course below.
+    The wall then ends in a whole header. The course stays where the moved joint would come too near one of the course
+    below. Returned are the ends of its pieces [m].
 
     Parameters
     ----------

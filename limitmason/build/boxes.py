@@ -37,10 +37,7 @@ def subtract(box: Box, hole: Box) -> list[Box]:
 
 
 def _shared_area(a: Box, b: Box) -> float:
-    """Area of the face that two boxes share [m2].
-
-    It is 0 if boxes ``a`` and ``b`` do not touch over an area.
-    """
+    """Area of the face that boxes ``a`` and ``b`` share [m2], 0 where they share none."""
     sides, touching = [], 0
     # boxes that share a face overlap along two axes and touch along the third
     for k in range(3):

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from limitmason.build.arguments import courses_from
 from limitmason.build.erect import Site, add_ground
-from limitmason.checks import positive
+from limitmason.checks import count, positive
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -57,7 +57,7 @@ def column(
     if unit_height is None:
         if height is None or courses is None:
             raise InputError("unit_height is needed unless height and courses are both given")
-        number = courses_from(None, courses, 1.0)
+        number = count("courses", courses)
         tall = positive("height", height) / number
     else:
         tall = positive("unit_height", unit_height)

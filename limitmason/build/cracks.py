@@ -170,6 +170,7 @@ def _pieces(
     first : number in the new assembly of every block, or of its part below the plane; the part above follows it
     """
     pieces = [replace(interface, block_a=first[interface.block_a], block_b=first[interface.block_b])]
+    # above is 0 for the part below the plane and 1 for the one above, whose block has the next number
     for side, block in (("block_a", interface.block_a), ("block_b", interface.block_b)):
         if block in cut:
             pieces = [

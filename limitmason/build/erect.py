@@ -146,7 +146,7 @@ def add_units(
                 continue
             # positions are counted along the run: facade and rear wall in x, returns in y
             here = unit.extent(0 if unit.run in ("facade", "rear") else 1)[0]
-            letter = "" if unit.leaf < 0 else ascii_lowercase[unit.leaf]
+            letter = "" if unit.leaf < 0 else ascii_lowercase[unit.leaf]  # below 0: a unit through all leaves
             if unit.run != run:
                 run, position, letters, start = unit.run, 1, set(), here
             elif abs(here - start) > _SAME_PLACE or letter in letters:

@@ -87,7 +87,8 @@ def with_floor(
         density=[*(assembly.blocks[k].density for k in near), density],
         names=[*(assembly.blocks[k].name for k in near), name], **assembly.contact_rules.as_options(),
     )
-    # in the assembly, of the blocks as they are numbered in ``laid``, the floor last
+    floor = len(near)  # its number in ``laid``, the largest one there
+    # number in the assembly of every block of ``laid``
     numbers = np.array([*near, assembly.n_blocks])
     # no block is held in ``laid``, so that only here a bearing on the ground gets its kind
     bearings = tuple(
@@ -96,13 +97,13 @@ def with_floor(
             kind="base" if assembly.fixed[numbers[min(i.block_a, i.block_b)]] else i.kind,
         )
         for i in laid.interfaces
-        if len(near) in (i.block_a, i.block_b)
+        if floor in (i.block_a, i.block_b)
     )
     if not bearings:
         raise InputError(f"the floor {name!r} touches no block: check footprint {tuple(plan)} and level {under:g} m")
     whole = replace(
         assembly, blocks=(*assembly.blocks, laid.blocks[-1]), interfaces=(*assembly.interfaces, *bearings), recipe={},
-        doubts=(*assembly.doubts, *renumbered_doubts((d for d in laid.doubts if len(near) in (d.a, d.b)), numbers)),
+        doubts=(*assembly.doubts, *renumbered_doubts((d for d in laid.doubts if floor in (d.a, d.b)), numbers)),
     )
     whole.check_connected()
     return whole

@@ -90,7 +90,7 @@ def layout(
     if thickness is None:
         length, height, depth = unit_size(values)
     else:
-        length, height = unit_size(values[:2] if isinstance(values, list) else values, 2)
+        length, height = unit_size(values[:2] if isinstance(values, list) else values, parts=2)
         depth = positive("thickness", thickness)
     choice("column", column, (None, "left", "right"))
     positive("density", density)
@@ -148,7 +148,7 @@ def _course(
         if width > 0.0:
             box = ((position * length, 0.0, number * height), (end * length, depth, (number + 1) * height))
             units.append(Unit(run="facade", course=number, leaf=-1, boxes=[box], axis=0))
-            solid.append(Piece(position * length, end * length, False))
+            solid.append(Piece(position * length, end * length, header=False))
         position = end
     return units, tuple(solid)
 
@@ -174,11 +174,9 @@ def _read(row: Row, number: int) -> list[float]:
 
 
 def _overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> float:
-    """Smallest overlap of two rows at head joints proper [m].
+    """Smallest distance between head joints of two rows [m].
 
-    It is infinite where one has none.
-
-    Edges of openings do not count: they stand in line on purpose.
+    Edges of openings do not count: they stand in line on purpose. It is infinite where a row has no head joint.
 
     Parameters
     ----------
@@ -195,9 +193,7 @@ def _overlap(lower: tuple[Piece, ...], upper: tuple[Piece, ...]) -> float:
 def _openings(rows: Sequence[Sequence[float]], length: float, height: float) -> list[dict]:
     """Openings for the recipe, as bounding rectangles [m].
 
-    They are gaps with a block on both sides.
-
-    Gaps of successive rows that lie one over the other are one opening.
+    An opening is a gap with a block on both sides; gaps of successive rows that lie one over the other are one.
 
     Parameters
     ----------

@@ -51,9 +51,9 @@ class Bond:
 
 
 class Piece(NamedTuple):
-    """A position of a course.
+    """A position of a course, filled by one unit or by one in every leaf.
 
-    Its start and end along the wall [m], and whether one unit goes through the whole thickness.
+    ``start`` and ``end`` are along the wall [m]. A ``header`` is one unit through the whole thickness.
     """
 
     start: float
@@ -64,7 +64,7 @@ class Piece(NamedTuple):
 class Leading(NamedTuple):
     """The leading course, with the sense in which each piece was laid.
 
-    It is +1 from the piece's start, -1 from its end, 0 from both.
+    A sense is +1 for a piece laid from its start on, -1 from its end on, 0 for one in the middle, laid from both.
     """
 
     pieces: tuple[Piece, ...]
@@ -93,7 +93,7 @@ def leading_course(bond: Bond, length: float, ends: Ends) -> Leading:
     ----------
     bond : that it is laid in
     length : of the run [m]
-    ends : what bounds the run and what meets it between
+    ends : thickness of the walls that cross at its start and end [m], 0 for a free end, and the span of a T junction
     """
     # from the axis of a T outwards, cut pieces at the ends
     if ends.crossing is not None:
@@ -113,7 +113,7 @@ def leading_course(bond: Bond, length: float, ends: Ends) -> Leading:
         return _place(length, *_symmetric(bond, first, last, length - used))
     # a corner at the end: the mirror image of one at the start
     if ends.end:
-        mirrored = leading_course(bond, length, Ends(ends.end, 0.0))
+        mirrored = leading_course(bond, length, Ends(start=ends.end, end=0.0))
         pieces = tuple(Piece(length - p.end, length - p.start, p.header) for p in mirrored.pieces[::-1])
         return Leading(pieces, tuple(-s for s in mirrored.senses[::-1]))
     first = _lead(bond, ends.start) if ends.start else []
@@ -141,9 +141,7 @@ def _place(length: float, sizes: list[Size], senses: list[int]) -> Leading:
 
 
 def _sequence(bond: Bond, length: float) -> list[Size]:
-    """Sizes of the units that cover a length [m] from 0.
-
-    They follow the order of the bond's module.
+    """Sizes of the units that cover a length [m], in the order of the bond's module.
 
     The last unit is cut; one that would be too short is merged with that before it.
     """
@@ -161,9 +159,7 @@ def _sequence(bond: Bond, length: float) -> list[Size]:
 
 
 def _lead(bond: Bond, crossing: float) -> list[Size]:
-    """Units that the leading course puts at a corner, one or none.
-
-    Its regular sequence follows on them.
+    """Unit that the leading course puts at a corner before its regular ones, or none.
 
     The lapping course has a joint at the inner face of the crossing wall. Where the regular joints come within a
     quarter of a unit of it, the first unit is cut so that they lap it properly. A cut corner unit of a thick wall goes
@@ -187,9 +183,8 @@ def _lead(bond: Bond, crossing: float) -> list[Size]:
 def _core(bond: Bond, crossing: float) -> list[Size]:
     """Units centred on a wall that meets the run in a T.
 
-    There is one, or two with their joint on the axis of that wall.
-
-    Of the two, the one whose joints stay farther from the faces of the crossing wall, where the lapping course stops.
+    There is one, or two with their joint on the axis of that wall: whichever keeps the joints farther from the faces of
+    the crossing wall, where the lapping course stops.
 
     Parameters
     ----------
@@ -239,7 +234,7 @@ def _symmetric(
         position += size
     # with a joint in the very middle and a short staggering, one lapping unit over it would be far too long
     if 0 not in senses and 2.0 * (bond.pitch - bond.staggering) > bond.pitch + bond.min_piece:
-        turn = senses.index(-1) if -1 in senses else 0
+        turn = senses.index(-1) if -1 in senses else 0  # first unit that is laid from the end
         # the two units at that joint are laid as middle ones, lapped from both ends
         if turn:
             senses[turn - 1] = senses[turn] = 0

@@ -201,6 +201,7 @@ def _head(
     unit_length, unit_height, _ = unit
     soldier, height = opening.head == "soldier", levels[-1]
     depth = unit_height if opening.lintel in (None, True) else positive(f"{where}.lintel", opening.lintel)
+    # soldiers are units on end, and stand between the jambs unless a bearing is given
     depth = unit_length if soldier else depth
     bearing = unit_length / 2.0 if opening.bearing is None else positive(f"{where}.bearing", opening.bearing)
     bearing = 0.0 if soldier and opening.bearing is None else bearing
@@ -311,9 +312,7 @@ def _cross(a: tuple[float, float, float, float], b: tuple[float, float, float, f
 
 
 def _merge_short(whole: list[Unit], touched: list[Unit], min_piece: float) -> list[Unit]:
-    """Units of a course with pieces that are too short joined to others.
-
-    They are returned from left to right.
+    """Units of a course from left to right, pieces too short joined to others.
 
     Of two neighbours the one with the larger common side takes the piece.
 

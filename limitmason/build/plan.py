@@ -137,10 +137,10 @@ def make_runs(
     if length <= needed:
         raise InputError(f"length {length:g} m leaves no facade beside returns {depth:g} m thick")
 
-    def make(name: str, x: float, reach: float, outer_first: bool) -> StraightWall:
+    def make(name: str, x: float, reach: float, *, outer_first: bool) -> StraightWall:
         """A return from x [m] on, ``reach`` [m] long.
 
-        Its outer face is the one at x or the other one.
+        ``outer_first`` says that its outer face is the one at x.
         """
         ends = Ends(thickness, thickness) if plan == "box" else Ends(start=thickness)
         return StraightWall(
@@ -148,8 +148,8 @@ def make_runs(
             leads_even=False,
         )
 
-    left = make("return-left", 0.0, lengths[0], True)
-    right = make("return-right", length - depth, lengths[1], False)
+    left = make("return-left", 0.0, lengths[0], outer_first=True)
+    right = make("return-right", length - depth, lengths[1], outer_first=False)
     if plan in ("U", "box"):
         facade = StraightWall(
             name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness, ends=Ends(depth, depth),
@@ -165,7 +165,7 @@ def make_runs(
     x0 = middle - depth / 2.0
     if x0 <= 0.0 or x0 + depth >= length:
         raise InputError(f"return_position {middle:g} m puts the return at the end of the facade; use plan 'L'")
-    stem = make("return-middle", x0, lengths[0], True)
+    stem = make("return-middle", x0, lengths[0], outer_first=True)
     return [StraightWall(
         name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness,
         ends=Ends(crossing=(x0, x0 + depth)),
@@ -174,10 +174,7 @@ def make_runs(
 
 @dataclass(frozen=True)
 class Courses:
-    """The two alternating courses of one run.
-
-    And the smallest overlap between them [m].
-    """
+    """The two alternating courses of one run, and the smallest ``overlap`` of theirs [m]."""
 
     leading: tuple[Piece, ...]
     lapping: tuple[Piece, ...]

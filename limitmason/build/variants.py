@@ -60,14 +60,12 @@ def with_part_of_thickness(assembly: Assembly, share: float, direction: ArrayLik
 
 
 def with_head_joints_gaping(assembly: Assembly, gap: float) -> Assembly:
-    """This assembly with units that stop short of every head joint.
+    """This assembly with units that stop half a gap short of every head joint.
 
-    Each stops half a gap short, so that bed joints lose overlap.
-
-    An edge of a bed or base joint that ends at a head joint is moved inwards by gap / 2; edges at the free end of a
-    wall and along its faces stay. In running bond an overlap v between two head joints becomes v - gap. The faces in
-    the head joints themselves stay in contact: wedged by mortar dust or chips; take them away with
-    :func:`without_head_joints`.
+    Bed joints lose overlap by that. An edge of a bed or base joint that ends at a head joint is moved inwards by
+    gap / 2; edges at the free end of a wall and along its faces stay. In running bond an overlap v between two head
+    joints becomes v - gap. The faces in the head joints themselves stay in contact: wedged by mortar dust or chips;
+    take them away with :func:`without_head_joints`.
 
     Parameters
     ----------
@@ -208,10 +206,11 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
     for i in assembly.interfaces:
         # the free block, or both; block a where both are held
         sides = [k for k in (i.block_a, i.block_b) if not fixed[k]] or [i.block_a]
-        half = rotation_matrices(u[sides, 3:].mean(axis=0))
+        mean_turn = rotation_matrices(u[sides, 3:].mean(axis=0))
         middle = i.polygon.mean(axis=0)
-        at = np.mean([moved(middle, k) for k in sides], axis=0)
-        interfaces.append(replace(i, polygon=(i.polygon - middle) @ half.T + at, normal=half @ i.normal))
+        new_middle = np.mean([moved(middle, k) for k in sides], axis=0)
+        polygon = (i.polygon - middle) @ mean_turn.T + new_middle
+        interfaces.append(replace(i, polygon=polygon, normal=mean_turn @ i.normal))
     ties = []
     for t in assembly.ties:
         a, b = t.ends
@@ -233,7 +232,7 @@ def _cut_edge(
     at : a point of the edge [m], shape (3,)
     depth : of the strip [m]
     """
-    # beyond the line where the strip ends, positive inside
+    # signed distance of every corner from the line where the strip ends, positive in what is left [m]
     distance = (polygon - at) @ inward - depth
     out = []
     for k in range(len(polygon)):

@@ -128,7 +128,7 @@ def _barrel(site: Site, outlines: Array, feet: list[Array], length: float, unit:
     unit : length of a stone along y [m]
     """
     for side, foot in zip(("left", "right"), feet, strict=True):
-        site.add(f"base-{side}", prism(foot, 0.0, length), fixed=True)
+        site.add(f"base-{side}", prism(foot, y0=0.0, y1=length), fixed=True)
     for k, outline in enumerate(outlines):
         for j, (a, b) in enumerate(_pieces(0.0, length, unit, half=k % 2 == 1, least=_LEAST_PIECE * unit)):
             site.add(_name("voussoir", k, j, len(outlines)), prism(outline, a, b), axis=_NORTH)
@@ -137,7 +137,7 @@ def _barrel(site: Site, outlines: Array, feet: list[Array], length: float, unit:
 def _groin(site: Site, outlines: Array, feet: list[Array], half_bay: float, unit: float) -> None:
     """Add the four webs of a groin vault and their springers.
 
-    One is the barrel along +y between its groins, the others its turns by 90 degrees.
+    One web is the barrel along +y between its groins. The others are the same turned by 90 degrees each.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def _groin(site: Site, outlines: Array, feet: list[Array], half_bay: float, unit
     slack = _ROUNDING * half_bay
     for turn in range(4):
         for k, foot in enumerate(feet):
-            springer = _turned(_mitred(prism(foot, 0.0, half_bay), slack), turn)
+            springer = _turned(_mitred(prism(foot, y0=0.0, y1=half_bay), slack), turn)
             site.add(f"springer-{2 * turn + k + 1}", springer, fixed=True)
     for turn, name in enumerate(("north", "west", "south", "east")):
         axis = (_NORTH, _WEST)[turn % 2]

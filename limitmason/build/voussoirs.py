@@ -21,7 +21,7 @@ _DUST = 1e-12  # of the thickness: coordinates below it are rounding of zero
 def circle(radius: object, angle_deg: object, span: object, rise: object) -> tuple[float, float]:
     """Radius [m] and angle of embrace [rad] of the centre line.
 
-    Whichever pair is given says them; what is not given is None.
+    They follow from the pair of arguments that is given; the other pair is None.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def circle_facts(radius: float, angle: float) -> dict[str, float]:
 def circular_joints(radius: float, angle: float, thickness: float, voussoirs: int) -> tuple[np.ndarray, np.ndarray]:
     """Inner and outer ends of the radial joints of a circular arch.
 
-    In x-z from left to right [m], shape (n + 1, 2), springings at z = 0.
+    Both are in x-z from left to right [m], shape (n + 1, 2); the springings of the centre line are at z = 0.
 
     Parameters
     ----------
@@ -126,9 +126,7 @@ def snapped(curve: np.ndarray, thickness: float) -> np.ndarray:
 def springing(inner: np.ndarray, outer: np.ndarray, depth: float, *, left: bool) -> np.ndarray:
     """Outline of the held block behind a springing joint [m], shape (4, 2).
 
-    It runs counter-clockwise in x-z.
-
-    It stands out by a quarter of the joint's length beyond both ends.
+    Its corners run counter-clockwise in x-z. The block stands out by a quarter of the joint's length beyond both ends.
 
     Parameters
     ----------
@@ -139,7 +137,7 @@ def springing(inner: np.ndarray, outer: np.ndarray, depth: float, *, left: bool)
     along = outer - inner
     size = float(np.linalg.norm(along))
     along = along / size
-    # normal of the joint away from the arch
+    # unit normal of the joint, away from the arch
     out = np.array([-along[1], along[0]]) if left else np.array([along[1], -along[0]])
     near, far = inner - _STANDS_OUT * size * along, outer + _STANDS_OUT * size * along
     corners = [near, far, far + depth * out, near + depth * out]

@@ -149,6 +149,7 @@ def wall(
     total = positive("length", length)
     positive("density", density)
     number = courses_from(height, courses, size[1])
+    # pattern of the courses, with its thickness, leaves, pitch and least piece
     laid = make_bond(bond, size, leaves=leaves, staggering=staggering, min_piece=min_piece)
     choice("start", start, ("whole", "half"))
     choice("beam_over", beam_over, ("facade", "returns", "all"))
@@ -197,9 +198,7 @@ def _laid(
     runs: Sequence[StraightWall], bond: Bond, levels: list[float], ragged: bool | tuple[bool, bool], start_half: bool,
     header_every: tuple[int, int] | None,
 ) -> tuple[list[list[list[Unit]]], float]:
-    """Units of every run, course by course.
-
-    And the smallest overlap of successive courses [m].
+    """Units of every run, course by course, and the smallest overlap of courses [m].
 
     Parameters
     ----------
@@ -310,9 +309,7 @@ def _bounds(runs: Sequence[StraightWall]) -> tuple[float, float, float, float]:
 def _add_beams(
     site: Site, runs: Sequence[StraightWall], top: float, given: float | None, over: str, density: float | None
 ) -> None:
-    """Add a beam on the runs that are named.
-
-    They are the facade, the returns, or all, the rear wall included.
+    """Add a beam on the facade, on the returns, or on all runs.
 
     Parameters
     ----------
@@ -333,6 +330,7 @@ def _add_beams(
     rear = next((run for run in runs if run.name == "rear"), None)
     for run in runs:
         facade = run.name == "facade"
+        # "facade" is for the facade alone, "returns" for all other runs but the rear wall
         if over != "all" and (facade != (over == "facade") or run is rear):
             continue
         x0, x1, y0, y1 = run.footprint
@@ -346,9 +344,7 @@ def _add_beams(
 def _add_spreader(
     site: Site, runs: Sequence[StraightWall], top: float, given: object, top_beam: object, density: float | None
 ) -> None:
-    """Add the block that spreads the load on a straight wall.
-
-    It stands in the middle of the wall's top.
+    """Add the block that spreads the load, in the middle of a straight wall's top.
 
     Parameters
     ----------

@@ -283,7 +283,7 @@ def _imported(text: str, what: str) -> Any:
 
     Parameters
     ----------
-    text : as typed
+    text : "module:name" or "file.py:name", as typed
     what : the option, for errors
     """
     from limitmason.diagnosis.simulator_calls import note_user_code

@@ -14,7 +14,7 @@ from limitmason.errors import InputError
 def add_commands(commands: argparse._SubParsersAction) -> None:
     """Add ``experiments`` with its actions to the commands."""
     packaged = commands.add_parser("experiments", help="list, show and run the packaged experiments")
-    packaged.set_defaults(run=lambda o: (packaged.print_help(), 0)[1])
+    packaged.set_defaults(run=lambda o: (packaged.print_help(), 0)[1])  # without an action: help, and exit status 0
     actions = packaged.add_subparsers(metavar="ACTION")
     listing = console.command(actions, "list", _list, help="sources and specimens")
     listing.add_argument("source", nargs="?", help="only this source")

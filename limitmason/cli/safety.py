@@ -129,6 +129,7 @@ def _region(options: argparse.Namespace) -> int:
         within=within[0] if within is not None and len(within) == 1 else within,
     )
     console.show_text(str(found))
+    # a multiplier that is zero but for rounding is printed as zero
     rounding = _ROUNDING * np.abs(found.corners).max(initial=0.0)
     for corner in found.corners:
         console.show_text("  " + "  ".join(f"{v:.6g}" for v in np.where(np.abs(corner) < rounding, 0.0, corner)))
@@ -141,9 +142,9 @@ def _region(options: argparse.Namespace) -> int:
 
 
 def _assess(options: argparse.Namespace) -> int:
-    """Write an assessment of the target of ``options`` by the code.
+    """Write an assessment of the target of ``options`` by the Italian Circular.
 
-    It holds limit states, spectra and verifications.
+    Limit states are damage (SLD), life safety (SLV) and collapse (SLC), each with a spectrum of the site.
     """
     from limitmason.capacity.analysis import whole_pushover
     from limitmason.codes import FloorSpectrum, GroundSpectrum, assess
@@ -152,7 +153,7 @@ def _assess(options: argparse.Namespace) -> int:
     spectra: dict[str, GroundSpectrum | FloorSpectrum] = {}
     modes = options.mode or []
     for state, own in (("SLD", options.sld), ("SLV", None), ("SLC", options.slc)):
-        ag, f0, tc = own or options.site
+        ag, f0, tc = own or options.site  # a_g over g, F0 and Tc* [s]
         ground = GroundSpectrum(ag, f0, tc, soil=options.soil, topography=options.topography)
         spectra[state] = FloorSpectrum(ground, [t for t, _ in modes], [f for _, f in modes]) if modes else ground
     curve = None

@@ -75,7 +75,7 @@ class Displayed:
 
 
 def shows(caller: str) -> None:
-    """Give the classes of these packages a short text and an HTML form, where they have none of their own.
+    """Give classes of these packages a short text and an HTML form if they lack them.
 
     The text is one line: the first of the class's own words, or the fields that differ from their defaults. Arrays and
     whatever is long stand by kind and size alone. The HTML form holds all words, or a table of the fields with what the
@@ -98,7 +98,7 @@ def shows(caller: str) -> None:
 
 
 def _give(kind: type) -> None:
-    """Give the class ``kind`` its line of text and its HTML, where it has none of its own."""
+    """Give the class ``kind`` its line of text and its HTML where it has none."""
     if issubclass(kind, Enum | BaseException | str | float):  # these show themselves well
         return
     has_fields = dataclasses.is_dataclass(kind) or hasattr(kind, "_fields")
@@ -123,7 +123,10 @@ def _written(kind: type, name: str) -> bool:
 
 
 def _line(self: Any) -> str:
-    """One line, the ``__repr__`` of a class: the first of the object's own words, or its fields."""
+    """The ``__repr__`` of a class: the first line of its own text, or its fields.
+
+    Its own text is that of a ``__str__`` that somebody wrote.
+    """
     name = type(self).__name__
     if any(_written(k, "__str__") for k in type(self).__mro__):
         return f"<{name}: {_cut(str(self).partition(chr(10))[0])}>"
@@ -132,7 +135,7 @@ def _line(self: Any) -> str:
     if not fields:
         return f"{name}()" if dataclasses.is_dataclass(self) else f"<{name}>"
     given = {k: v for k, v in fields.items() if not (k in defaults and _same(v, defaults[k]))}
-    return f"{name}({_cut(', '.join(f'{k}={_short(v)}' for k, v in given.items()), 3)})"
+    return f"{name}({_cut(', '.join(f'{k}={_short(v)}' for k, v in given.items()), times=3)})"
 
 
 def _cut(text: str, times: int = 2) -> str:
@@ -167,7 +170,7 @@ def _same(a: Any, b: Any) -> bool:
 
 
 def _short(value: Any) -> str:
-    """A value of a field in one line: itself where it is short, else its kind and size."""
+    """A value of a field in one line: itself if it is short, else its kind and size."""
     if isinstance(value, np.generic):
         value = value.item()
     if isinstance(value, Enum):
@@ -197,7 +200,10 @@ def _short(value: Any) -> str:
 
 
 def html_words(shown: Any) -> str:
-    """What the object ``shown`` says of itself, as HTML: its words, or its fields and what they mean."""
+    """What the object ``shown`` says of itself, as HTML.
+
+    It is the text that somebody wrote, or a table of its fields and what they mean.
+    """
     # words that somebody wrote, not the line that every class is given here
     own = any(_written(k, n) for k in type(shown).__mro__ for n in ("__str__", "__repr__") if vars(k).get(n) != _line)
     if own or not _fields(shown):

@@ -58,9 +58,10 @@ class _Bar:
 
     @property
     def part(self) -> tuple[float | None, bool]:
-        """Part that is done of everything [-], and whether all levels that fill some of it can tell theirs.
+        """Part that is done of everything [-], and whether it is known in full.
 
-        The part is None where the outermost task cannot tell.
+        It is not where a level that fills some of it cannot tell its part. The part is None where the outermost task
+        cannot tell.
         """
         done, width = 0.0, 1.0  # width: what the level fills of everything
         for level, task in enumerate(self.tasks):
@@ -70,7 +71,10 @@ class _Bar:
         return min(done, 1.0), True
 
     def draw(self, now: float) -> None:
-        """Draw the bar at a clock reading [s], unless it was drawn a moment ago or the run is young."""
+        """Draw the bar at a clock reading [s].
+
+        Nothing is drawn where it was drawn a moment ago, or where the run is young.
+        """
         early = not _listener and now - self.begun < AFTER
         if early or now - self.drawn < (_TERMINAL if self.moves else _LOG):
             return
@@ -83,7 +87,7 @@ class _Bar:
             # at the pace since the run was taken up; NaN where that cannot be told
             left = (now - since) * (1.0 - part) / (part - before) if known and part and part > before else float("nan")
             text = "; ".join(t.text for t in self.tasks if t.text)
-            line = clock(spent) + (f", about {clock(left)} left" if left == left else "")
+            line = clock(spent) + (f", about {clock(left)} left" if left == left else "")  # NaN differs from itself
             line += f"; {text}" if text else ""
             if _listener:
                 _listener[0](part, line)
@@ -148,9 +152,9 @@ def _is_watched() -> bool:
 
 
 def bars_are_drawn() -> bool:
-    """Whether bars are drawn: in the main thread of the main process, where somebody watches or asked.
+    """Whether bars are drawn: where somebody watches, or asked for them.
 
-    A listener is told of runs in other processes too.
+    They are drawn in the main thread of the main process alone. A listener is told of runs in other processes too.
     """
     from multiprocessing.process import current_process
 
@@ -165,7 +169,7 @@ def bars_are_drawn() -> bool:
 
 
 def show_progress(mode: bool | str = AUTO) -> AbstractContextManager[object]:
-    """Whether long runs show how far they are, with the time left.
+    """Say whether long runs show how far they are, with the time left.
 
     Parameters
     ----------
@@ -184,7 +188,7 @@ def show_progress(mode: bool | str = AUTO) -> AbstractContextManager[object]:
     said = {True: ALWAYS, False: NEVER}.get(mode, mode) if isinstance(mode, bool) else mode
     if said not in MODES:
         raise InputError(f"show_progress takes True, False or one of {', '.join(MODES)}, got {mode!r}")
-    after = ExitStack()
+    after = ExitStack()  # at the end of a with block the mode is again what it was
     after.callback(_mode.__setitem__, slice(None), list(_mode))
     _mode[:] = [said]
     return after
@@ -289,7 +293,7 @@ def noted(text: str) -> None:
 
 
 def write(text: str, file: TextIO | None = None) -> None:
-    """Write ``text`` as a line to standard error, or to ``file``, above the bar where there is one."""
+    """Write ``text`` as a line to standard error, or to ``file``, above a bar if any."""
     out = _stream() if file is None else file
     if _bar and _bar[0].tqdm is not None:
         with _bar[0].lock:

@@ -53,7 +53,7 @@ SHOWN = 40
 
 
 def abridged(rows: Sequence[Sequence[str]]) -> tuple[list[list[str]], list[str]]:
-    """Rows without the middle of a long table, and a line that says how many there are.
+    """Rows without the middle of a long table, and a line that says how many are cut.
 
     Parameters
     ----------

@@ -36,12 +36,13 @@ _MANY_GHOSTS = 600
 class SolidView:
     """Convex pieces of an assembly, moved or not, with what is needed to paint them.
 
-    ``pieces`` are those of all blocks where they are drawn, ``owner`` is the block of each. ``edges`` are its visible
-    edges at rest, ``faces`` its planes, ``hidden`` the faces (piece, face) at which blocks were cut into pieces.
+    ``pieces`` are those of all blocks where they are drawn, ``owner`` is the number of each one's block. ``edges`` are
+    the visible edges of each at rest. ``faces`` are the planes of their faces where they are drawn: unit ``normal``,
+    and ``offset`` [m] along it. ``hidden`` are the faces (piece, face) at which blocks were cut into pieces.
     """
 
     def __init__(self, assembly: Assembly, view: Camera, motion: RigidMotion | None = None) -> None:
-        """Place the pieces of all blocks as the motion has them; find edges and faces.
+        """Find edges and faces of the pieces of all blocks, moved as the motion has them.
 
         Parameters
         ----------
@@ -77,7 +78,7 @@ class SolidView:
 
 
 class _Ink:
-    """Paths with their colours, in the order of painting; widths in points."""
+    """Paths with colours and widths [points], in the order of painting."""
 
     def __init__(self) -> None:
         """Begin without paths."""
@@ -135,17 +136,18 @@ def draw_solids(
     """
     fixed = scene.assembly.fixed
     marks = _joint_marks(scene, joints)
-    rows = [] if before is None or ghosts is None else np.flatnonzero(ghosts[before.owner]).tolist()
+    ghost_pieces = [] if before is None or ghosts is None else np.flatnonzero(ghosts[before.owner]).tolist()
     was = before or scene
     ink = _Ink()
-    if len(rows) > _MANY_GHOSTS:  # drawn first, under all blocks
-        for piece in rows:
+    if len(ghost_pieces) > _MANY_GHOSTS:  # drawn first, under all blocks
+        for piece in ghost_pieces:
             ink.strokes(_edge_strokes(was, piece, set(was.facing(piece))), style.GHOST, 0.8 * width)
-        rows = []
+        ghost_pieces = []
     order = back_to_front(scene.pieces, scene.faces, scene.view)
     waiting: dict[int, list[int]] = {}  # ghosts by the place in the order before which they are painted
-    places = places_behind(order, scene.pieces, [was.pieces[p] for p in rows], scene.view) if rows else []
-    for ghost, place in zip(rows, places, strict=True):
+    outlines = [was.pieces[p] for p in ghost_pieces]
+    places = places_behind(order, scene.pieces, outlines, scene.view) if outlines else []
+    for ghost, place in zip(ghost_pieces, places, strict=True):
         waiting.setdefault(place, []).append(ghost)
     for place, piece in enumerate(order):
         for ghost in waiting.get(place, ()):
@@ -158,7 +160,7 @@ def draw_solids(
         for k in visible:
             # its line of 0.25 pt closes the seam to the next face
             ink.area(scene.view.project(solid.vertices[list(solid.faces[k])]),
-                     _shaded(colour, scene.faces.normal[piece, k], scene.view), 0.25)
+                     _shaded(colour, scene.faces.normal[piece, k], scene.view), width=0.25)
         ink.strokes(_edge_strokes(scene, piece, set(visible)), outline, width)
         for strokes, tint in marks.get(piece, ()):
             ink.strokes(strokes, tint, 1.6 * width + 0.5)
@@ -185,9 +187,16 @@ def _edge_strokes(scene: SolidView, piece: int, visible: set[int]) -> list[Array
 def _joint_marks(scene: SolidView, joints: MovingJoints | None) -> dict[int, list[tuple[list[Array], str]]]:
     """For every piece, by number, visible edges of its moving joints, with colour.
 
+    Of a joint those edges of its outline are seen that lie on a visible face beside the contact.
+
     Parameters
     ----------
-    joints : which open and which slide; None marks nothing
+    joints : which open and which slide, flags ``opens`` and ``slides`` of shape (k,); None marks nothing
+
+    Returns
+    -------
+    dict
+        Ends on the page [m], shape (2, 2) for each edge, and their colour; one pair for each joint of a piece.
     """
     marks: dict[int, list[tuple[list[Array], str]]] = {}
     if joints is None:
@@ -202,7 +211,7 @@ def _joint_marks(scene: SolidView, joints: MovingJoints | None) -> dict[int, lis
         for block in (interface.block_a, interface.block_b):
             corners = scene.moved(interface.polygon, block)
             contact = scene.moved(interface.polygon[0] + interface.normal, block) - corners[0]  # normal, turned
-            ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)
+            ends = np.stack([corners, np.roll(corners, -1, axis=0)], axis=1)  # of the edges, shape (n, 2, 3)
             for piece in of_block[block]:
                 strokes: dict[int, Array] = {}
                 for f in scene.facing(piece):  # an edge where two faces meet is drawn once
@@ -217,7 +226,10 @@ def _joint_marks(scene: SolidView, joints: MovingJoints | None) -> dict[int, lis
 
 
 def _shared_faces(assembly: Assembly) -> set[tuple[int, int]]:
-    """Faces (piece, face) that two pieces of a block share: cuts, not surfaces."""
+    """Faces (piece, face) that two pieces of a block share: cuts, not surfaces.
+
+    Pieces are numbered through all blocks, faces within their piece.
+    """
     hidden: set[tuple[int, int]] = set()
     start = 0
     for block in assembly.blocks:
@@ -248,10 +260,11 @@ def _shaded(colour: str, normal: Array, view: Camera) -> tuple[float, float, flo
 
 
 def draw_triad(ax: Axes, view: Camera, corner: Array, length: float, width: float = 0.8) -> None:
-    """Draw the axes x, y, z, each as long as stated: the scale of the drawing.
+    """Draw the axes x, y and z as arrows of one length: the scale of the drawing.
 
     Parameters
     ----------
+    view : from where the structure is seen
     corner : where they start on the page [m], shape (2,)
     length : of each in space [m]
     width : of their lines [pt]
@@ -285,13 +298,13 @@ class Layout:
     """
 
     def __init__(self, scene: SolidView, bounds: Array, ax: Axes | None = None) -> None:
-        """Fit the drawing on its page; find a free corner for the axes, and their length."""
+        """Fit the drawing on its page, and find a free corner and a length for the axes."""
         self.view = scene.view
         span = np.ptp(bounds, axis=0)
         room = np.array([style.page_width() - 0.24, style.HEIGHT])  # [in], without the margins of a bare page
         if ax is not None:
             room = style.figure_of(ax).get_size_inches() * ax.get_position().size
-        inch = float((room / span).min())  # of paper, that a metre of the drawing takes: below, lengths over it are m
+        inch = float((room / span).min())  # scale [in/m]: below, inches on paper over it are metres
         self.length = style.round_length(0.16 * float(span.max()))  # chosen: about a sixth of the drawing
         # box of the arrows about their origin; with the letters they are a quarter longer
         ends = 1.25 * self.length * scene.view.project(np.eye(3))

@@ -32,7 +32,9 @@ _NOT_COVERED = (
 
 
 def assessment_report(verdict: Assessment, path: str | Path, *, title: str = "Local mechanism") -> Path:
-    """Write a verdict of the Circular as one self-contained HTML file of one page.
+    """Write a verdict by the Italian Circular of 2019 as one self-contained HTML page.
+
+    Its limit states are damage (SLD), life safety (SLV) and collapse (SLC).
 
     Parameters
     ----------
@@ -69,6 +71,7 @@ def assessment_report(verdict: Assessment, path: str | Path, *, title: str = "Lo
 
 def _states(verdict: Assessment) -> str:
     """HTML of the accelerations reached and asked at each limit state [g], and ratios."""
+    # rows as of page.table: "kept" is bold, and a number is a tuple of its text
     how = {
         "SLD": "peak acceleration against a0*",
         "SLV": "q = 2 on the peak acceleration" if verdict.curve is None else "displacement spectrum at T",
@@ -84,7 +87,10 @@ def _states(verdict: Assessment) -> str:
 
 
 def _capacities(verdict: Assessment) -> str:
-    """HTML of the capacity by bodies, as the Circular asks, and by single blocks."""
+    """HTML of the capacity by bodies, as the Circular asks, and by single blocks.
+
+    A body is all blocks that move as one.
+    """
 
     def cells(c: Capacity) -> dict[str, float]:
         """Numbers of one reading by their names with units."""
@@ -101,6 +107,7 @@ def _capacities(verdict: Assessment) -> str:
         return {**out, "a_g SLV by q = 2 [g]": c.ag_simplified}
 
     bodies, stones = cells(verdict.bodies), cells(verdict.stones)
+    # as of page.table: no class, and a number is a tuple of its text
     rows = [("", [name, (_shown(bodies[name]),), (_shown(stones[name]),)]) for name in bodies]
     n = verdict.bodies.bodies
     header = ["", f"{n} {'body' if n == 1 else 'bodies'} (the text)", f"{verdict.stones.bodies} blocks singly"]

@@ -37,7 +37,9 @@ class Canvas:
     """The page of a structure, large enough for all its positions.
 
     ``plane`` is that of an elevation, None in space; ``axes`` are the directions to the right and up on the page,
-    shape (3, 2); ``size`` is that of a block [m], ``width`` that of outlines [pt].
+    shape (3, 2); ``size`` is that of a block [m], ``width`` that of outlines [pt]. ``page`` has the axes ``ax``.
+    In elevation ``drawing`` holds the outlines of the blocks and ``window`` the limits of the page. In space ``camera``
+    is from where they are seen, ``before`` are the blocks at rest, ``layout`` has the limits.
 
     Parameters
     ----------
@@ -97,6 +99,7 @@ class Canvas:
         none = np.zeros(self.model.n_blocks, dtype=bool)
         moving, ghosts = ~none if moving is None else moving, none if ghosts is None else ghosts
         free = ~self.model.fixed
+        # whether blocks that move and others are drawn, which the legend then tells apart
         self._told_apart = bool((moving & free).any() and (~moving & free).any())
         if self.plane is None:
             scene = self._scene if motion is self._motion else self._moved(motion)
@@ -121,7 +124,7 @@ class Canvas:
         return draw_ties(self.ax, self.model, lambda p: p @ self.axes, self.width, motion=motion, yields=yields)
 
     def load(self, loads: Loads | None, label: str = "live load") -> list[Line2D]:
-        """Draw the resultant of the live loads from where it acts; return its entry.
+        """Draw the resultant of the live loads where it acts, and return its entry.
 
         The entry is for the legend, by ``label``, or none.
         """
@@ -157,7 +160,8 @@ class Canvas:
 def resultant(model: Assembly, loads: Loads | None) -> tuple[Array, Array] | None:
     """Point on the line of action of the live loads [m], and its unit direction.
 
-    Only those on free blocks count; shape (3,) each.
+    Only those on free blocks count; shape (3,) each. ``loads.live`` are forces [N] and moments [N m] about the
+    centroids, shape (n, 6).
 
     None where the loads are not of these blocks, or where their forces cancel: a couple has no line of action.
     """
@@ -193,7 +197,9 @@ def chosen_plane(model: Assembly, view: str, twists: Array | None) -> Plane | No
 
 
 def _bounds(scene: SolidView, before: SolidView) -> Array:
-    """Lowest and highest place on the page of free blocks, moved or not [m], (2, 2).
+    """Lowest and highest place on the page of free blocks, moved and at rest [m].
+
+    Shape (2, 2).
 
     Fixed ones count up to half the drawing's size beyond the free ones: a wide ground must not shrink these.
 
@@ -206,16 +212,17 @@ def _bounds(scene: SolidView, before: SolidView) -> Array:
     if not len(free):
         return scene.page_bounds(fixed)
     both = np.concatenate([scene.page_bounds(free), before.page_bounds(free)])
-    low, high = both.min(axis=0), both.max(axis=0)
-    return elevation.with_held(low, high, scene.page_bounds(fixed), 0.5) if len(fixed) else np.array([low, high])
+    low, high = both_ends = np.array([both.min(axis=0), both.max(axis=0)])
+    if not len(fixed):
+        return both_ends
+    return elevation.with_held(low, high, scene.page_bounds(fixed), share=0.5)
 
 
 def _corner_they_move_to(model: Assembly, twists: Array) -> tuple[float, float]:
     """Azimuth and elevation [deg] of the corner towards which the blocks move.
 
-    Of four; motions are weighted by volume.
-
-    ``twists`` are those of the mechanism, shape (n, 6).
+    It is one of four; motions are weighted by volume. ``twists`` are those of the mechanism, shape (n, 6): velocities
+    of the centroids come first.
     """
     weight = model.volumes * np.linalg.norm(twists[:, :3], axis=1)
     mean = (weight[:, None] * twists[:, :3]).sum(axis=0)

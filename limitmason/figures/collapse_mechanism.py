@@ -113,9 +113,10 @@ def mechanism(
     twists = checked_twists(model, prediction)
     motion = drawn_motion(model, twists, scale)
     rates = largest_rates(model, twists)
-    moving = rates > threshold * max(float(rates.max(initial=0.0)), 1e-300)
+    fastest = max(float(rates.max(initial=0.0)), 1e-300)  # not zero: where nothing moves no block counts as moving
+    moving = rates > threshold * fastest
     marks = moving_joints(model, twists, threshold) if joints else None
-    ghosts = ghost & ~model.fixed & (rates > max(threshold, _GHOST) * max(float(rates.max(initial=0.0)), 1e-300))
+    ghosts = ghost & ~model.fixed & (rates > max(threshold, _GHOST) * fastest)
     canvas = Canvas(model, view, ax, twists=twists, motions=[motion], viewpoint_deg=viewpoint_deg)
     canvas.blocks(motion, moving=moving, ghosts=ghosts, joints=marks)
     rods = canvas.ties(motion, yields=stretching(model, twists, threshold) if model.ties else None)

@@ -87,7 +87,7 @@ def predicted_beside_references(rows: Iterable[Compared], **options: Any) -> Fig
 
     Parameters
     ----------
-    rows : all of one unit; those without a prediction are left out
+    rows : all of one unit; those without a prediction or a reference value are left out
     options : of :func:`predicted_against_published`
 
     Raises
@@ -218,7 +218,7 @@ def _limits(rows: list[ComparedValue], log: bool) -> tuple[float, float]:
 
 
 def _draw_group(ax: Axes, rows: list[ComparedValue], group: str, k: int) -> Any:
-    """Draw the values of a group with their ranges; return their legend entry.
+    """Draw the values of a group with their ranges, and return their legend entry.
 
     Parameters
     ----------
@@ -247,9 +247,8 @@ def _label_points(
 ) -> None:
     """Write names beside points: above the 1:1 line to the left, below to the right.
 
-    They are kept apart vertically.
-
-    Points on the line go to the side of their group, so that two groups that agree do not write over each other.
+    Names are kept apart vertically. Those of points on the line go to the side of their group, so that two groups that
+    agree do not write over each other.
 
     Parameters
     ----------
@@ -260,11 +259,14 @@ def _label_points(
     low, high = (np.log(limits[0]), np.log(limits[1])) if log else limits
     row = _ROW * (high - low)
     for left in (True, False):
-        side = [(t, x, y) for t, x, y, on in points if left == (on if abs(y - x) <= _ON_LINE * abs(x) else y > x)]
+        side = [
+            (text, x, y) for text, x, y, left_on_line in points
+            if left == (left_on_line if abs(y - x) <= _ON_LINE * abs(x) else y > x)
+        ]
         placed: list[tuple[float, float]] = []  # places of points along x, and of their names along y
         for text, x, y in sorted(side, key=lambda p: (p[2], p[1])):
-            u, v = (np.log(x), np.log(y)) if log else (x, y)
-            at = v
+            u, v = (np.log(x), np.log(y)) if log else (x, y)  # place of the point along both axes
+            at = v  # place of its name along y
             near = [q for p, q in placed if abs(p - u) < _REACH * (high - low)]
             while any(abs(at - q) < row for q in near):
                 # up to the lowest place clear of a name in the way, a little more so that rounding ends the search

@@ -26,11 +26,12 @@ _CHARACTER = 0.06  # mean width at the small size [in]
 
 
 def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] = (), named: bool = True) -> None:
-    """Draw the map of d2 on given axes: rows true causes, columns rivals by number.
+    """Draw the map of d2 on ``ax``: rows are true causes, columns rivals by number.
 
     Parameters
     ----------
-    result : from ``Study.confusable``
+    result : from ``Study.confusable``: ``names`` of the causes, squared distances ``d2`` [noise units], shape (n, n),
+        ``twins``, pairs of names that are not told apart, and ``invisible``, names of causes that are not seen
     cell : side of a cell [in]; numbers are written where they fit
     kept : names to be set in bold
     named : name the rows, not only number them
@@ -79,9 +80,9 @@ def distance_legend() -> list[Patch]:
 
 @style.in_print_style
 def confusable(result: Any, *, title: str | None = None) -> Figure:
-    """Which causes a design tells apart.
+    """Which causes a design tells apart, as a map of squared distances d2.
 
-    It shows the squared distance d2 of each true cause to each refitted rival.
+    A distance is that of a true cause to a rival that is refitted to the data of the true one.
 
     Parameters
     ----------
@@ -113,8 +114,8 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
     hidden = ", ".join(result.invisible) or "none"
     lines = [
         "Squared distance d2 in noise units: row true cause, column rival by number, refitted with the inputs.",
-        *style.lines_of(f"Twins: {twins}.", page, 2),
-        *style.lines_of(f"Not seen within their bounds (grey): {hidden}.", page, 1),
+        *style.lines_of(f"Twins: {twins}.", page, most=2),
+        *style.lines_of(f"Not seen within their bounds (grey): {hidden}.", page, most=1),
     ]
     style.Heading(title, lines, page).put(figure)
     place = {"loc": "upper left", "bbox_to_anchor": ((left + side + gap) / page, low + side / height)} if beside else {

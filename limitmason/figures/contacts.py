@@ -43,7 +43,8 @@ def contact_report(
 ) -> Figure:
     """Contacts of an assembly (green), wedges kept (blue) and bare faces.
 
-    Near misses stand with gap and angle (vermilion).
+    A wedge is a joint whose faces open at an angle; kept ones are contacts. Near misses, faces that nearly touch but
+    are no contact, stand with gap and angle (vermilion).
 
     Parameters
     ----------
@@ -72,18 +73,19 @@ def contact_report(
     if plane is not None:
         _loose(page.ax, canvas.drawing, loose, width)
         bare = [f.corners for f in report.untouched if abs(f.normal @ plane.normal) < 0.05]  # seen edge on
-        _lines(page.ax, bare, axes, _BARE, width + 0.6, "untouched", 2.5, linestyle=_BROKEN, capstyle="butt")
-        _lines(page.ax, found, axes, _CONTACT, 1.6 * width + 0.5, "contacts", 3.0)
-        _lines(page.ax, kept, axes, _WEDGE, 2.0 * width + 1.0, "kept", 4.0)
-        _lines(page.ax, missed, axes, _MISS, 2.0 * width + 1.0, "near misses", 4.0)
+        broken = {"linestyle": _BROKEN, "capstyle": "butt"}
+        _lines(page.ax, bare, axes, _BARE, width + 0.6, gid="untouched", zorder=2.5, **broken)
+        _lines(page.ax, found, axes, _CONTACT, 1.6 * width + 0.5, gid="contacts", zorder=3.0)
+        _lines(page.ax, kept, axes, _WEDGE, 2.0 * width + 1.0, gid="kept", zorder=4.0)
+        _lines(page.ax, missed, axes, _MISS, 2.0 * width + 1.0, gid="near misses", zorder=4.0)
     else:
         # contacts are many and lie behind each other: they are paler than what is to be decided
-        _areas(page.ax, found, axes, _CONTACT, 0.25, "contacts")
-        _areas(page.ax, kept, axes, _WEDGE, 0.7, "kept")
-        _areas(page.ax, missed, axes, _MISS, 0.7, "near misses")
+        _areas(page.ax, found, axes, _CONTACT, alpha=0.25, gid="contacts")
+        _areas(page.ax, kept, axes, _WEDGE, alpha=0.7, gid="kept")
+        _areas(page.ax, missed, axes, _MISS, alpha=0.7, gid="near misses")
     canvas.frame()
-    _points(page.ax, [c.place for c in report.tiny], axes, "o", _TINY, "tiny")
-    _points(page.ax, [e.place for e in report.edges], axes, "x", _EDGE, "edges")
+    _points(page.ax, [c.place for c in report.tiny], axes, marker="o", colour=_TINY, gid="tiny")
+    _points(page.ax, [e.place for e in report.edges], axes, marker="x", colour=_EDGE, gid="edges")
     if labels:
         misses = report.near_misses[:_LABELLED]
         named = [(m, _MISS) for m in misses] + [(m, _WEDGE) for m in report.kept[: _LABELLED - len(misses)]]
@@ -150,9 +152,7 @@ def _points(ax: Axes, places: list[Array], axes: Array, marker: str, colour: str
 def _label(page: style.Page, rows: list[tuple[NearMiss, str]], axes: Array) -> None:
     """Write gap and angle beside each near miss, where no other label is.
 
-    The first free of eight places around it is taken.
-
-    Where none of the eight is free the last is taken.
+    The first free of eight places around it is taken, or the last where none is free.
 
     Parameters
     ----------
@@ -201,7 +201,7 @@ def _caption(report: ContactReport) -> str:
 
 
 def _handles(report: ContactReport, *, plane: bool) -> list[Patch | Line2D]:
-    """Legend entries of what is in the drawing; ``plane``: it is an elevation."""
+    """Legend entries of the drawing, which is an elevation where ``plane`` is true."""
     mark: dict[str, Any] = {"linestyle": "none", "markersize": 4.5, "markerfacecolor": "none"}
     # what there is of a kind, its colour and name, and how its mark differs from a thick line
     entries: list[tuple[Any, str, str, dict[str, Any]]] = [

@@ -41,9 +41,9 @@ def solid_map(
     viewpoint_deg: tuple[float, float] = VIEWPOINT_DEG,
     ax: Axes | None = None,
 ) -> Figure:
-    """Free faces of a solid, coloured by a value per brick.
+    """Drawing of the free faces of a solid, where its nodes have moved to.
 
-    They stand where the nodes have moved to.
+    Faces have the colour of a value per brick, where values are given.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def _moved(model: Continuum, displacement: ArrayLike | None, scale: float | None
 def _per_brick(model: Continuum, values: ArrayLike) -> Array:
     """One value per brick, (m,): of ``values`` at its points, (m, q), the largest.
 
-    It is the largest in size.
+    It is the one of the largest absolute value, with its sign.
     """
     v = np.asarray(values, dtype=float)
     if v.ndim == 2:
@@ -135,7 +135,7 @@ def _paint(
     """
     mesh = model.mesh
     faces = mesh.boundary_nodes  # corners around each face, counter-clockwise from outside
-    p = places[faces]
+    p = places[faces]  # corners in space [m], shape (faces, 4, 3)
     normal = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
     seen = np.flatnonzero(normal @ view.towards > 0.0)
     # by the depth of their middles: right for faces of like sizes
@@ -155,9 +155,9 @@ def _paint(
 
 
 def _bar(figure: Figure, ax: Axes, norm: Normalize, colours: str, label: str) -> None:
-    """Add a colour bar in a strip of ``_BAR`` by which the page is widened.
+    """Add a colour bar in a strip of ``_BAR`` inches by which the page is widened.
 
-    What is on it keeps its size and place.
+    What is on the page keeps its size and place in inches.
 
     Parameters
     ----------

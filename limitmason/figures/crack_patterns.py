@@ -36,7 +36,7 @@ def cracks(
     title: str | None = None,
     caption: str | None = None,
 ) -> Figure:
-    """Elevations of a driven structure; joints are drawn thicker the more they moved.
+    """Elevations of a driven structure, its joints thicker the more they moved.
 
     A joint is drawn where it has failed: vermilion where it has opened more than slid, blue where it slid, its line as
     thick as its movement is large beside the largest of the same picture; below a thirtieth of that it is a thin grey
@@ -152,7 +152,8 @@ def _draw_joints(ax: Axes, view: elevation.Elevation, motion: RigidMotion, curve
     ----------
     ax, view : axes, and the elevation that is drawn on them
     motion : of the blocks, as drawn
-    curve, index : of a driven structure, and the number of the sample
+    curve : of a driven structure: ``opening``, ``slip`` [m] and ``failed`` of its interfaces, shape (samples, k)
+    index : number of the sample
     """
     # no record of a joint is no movement
     opening, slip = (np.nan_to_num(getattr(curve, n)[index]) for n in ("opening", "slip"))

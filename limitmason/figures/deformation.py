@@ -77,8 +77,9 @@ def deformed(
         When the state is not one of this assembly, not finite, or the scale not positive.
     """
     shift, vector = moved_blocks(model, state, sample)
-    motion, true = (rigid_motion(model, shift, vector, factor) for factor in (scale, 1.0))
-    marks, travel = cracked_joints(model, true, crack), _travel(model, true)
+    motion, unscaled = (rigid_motion(model, shift, vector, factor) for factor in (scale, 1.0))
+    marks, travel = cracked_joints(model, unscaled, crack), _travel(model, unscaled)
+    # 1e-300: where nothing has moved, no block counts as moving
     moving = travel > _STILL * max(float(travel.max(initial=0.0)), 1e-300)
     ghosts = ghost & moving & ~model.fixed
     twists = np.concatenate([shift, vector], axis=1)
@@ -136,20 +137,21 @@ def animate(
     if not count:
         raise InputError("the history has no sample to show")
     writer = writer or _writer(target, fps)
-    rows = np.unique(np.linspace(0, count - 1, min(max(int(frames), 1), count)).round().astype(int))
-    moved = [moved_blocks(model, history, int(k)) for k in rows]
-    motions = [rigid_motion(model, u, v, scale) for u, v in moved]
-    last = rigid_motion(model, *moved[-1], 1.0)
+    samples = np.unique(np.linspace(0, count - 1, min(max(int(frames), 1), count)).round().astype(int))
+    moved = [moved_blocks(model, history, int(k)) for k in samples]
+    motions = [rigid_motion(model, shift, vector, scale) for shift, vector in moved]
+    last = rigid_motion(model, *moved[-1], scale=1.0)
     if crack is None:
         crack = _CRACK * largest_movement(model, last)  # one width for the whole film
-    marks = [cracked_joints(model, rigid_motion(model, u, v, 1.0), crack) for u, v in moved]
+    marks = [cracked_joints(model, rigid_motion(model, u, v, scale=1.0), crack) for u, v in moved]
     travel = _travel(model, last)
+    # 1e-300: where nothing has moved, no block counts as moving
     moving = travel > _STILL * max(float(travel.max(initial=0.0)), 1e-300)
     # plane and viewpoint are chosen for the sample that has moved farthest
     farthest = max(moved, key=lambda m: float(np.abs(m[0]).max(initial=0.0)))
     with style.print_style():
         twists = np.concatenate(farthest, axis=1)
-        canvas = Canvas(model, view, None, twists=twists, motions=motions, viewpoint_deg=viewpoint_deg)
+        canvas = Canvas(model, view, ax=None, twists=twists, motions=motions, viewpoint_deg=viewpoint_deg)
         canvas.frame()
         figure = canvas.page.finish(title, f"drawn {scale:g} times" if scale != 1.0 else None, [])
         kept = set(canvas.ax.get_children())
@@ -191,14 +193,18 @@ def cracked_joints(model: Assembly, motion: RigidMotion, crack: float | None) ->
 def _joint_movements(model: Assembly, motion: RigidMotion) -> tuple[Array, Array]:
     """Largest opening and sliding at corners of every interface, from block a [m].
 
+    ``motion`` is that of the blocks, not enlarged.
+
     Returns
     -------
     opening, sliding : shape (k,); opening is positive where block b moves away from a
     """
     x = model.arrays
-    owner = x.corner_owner
+    owner = x.corner_owner  # number of the interface of every corner
     jump = motion.moved(x.corners, x.block_b[owner]) - motion.moved(x.corners, x.block_a[owner])
-    return largest_jumps(model, jump, np.einsum("nij,nj->ni", motion.rotation[x.block_a[owner]], x.normal[owner]))
+    # normals of the joints, turned with block a
+    normal = np.einsum("nij,nj->ni", motion.rotation[x.block_a[owner]], x.normal[owner])
+    return largest_jumps(model, jump, normal)
 
 
 def largest_movement(model: Assembly, motion: RigidMotion) -> float:
@@ -220,7 +226,7 @@ def moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Array
     state : a state, a history, or a pair of displacements [m] and unit quaternions
     sample : number of the sample of a history; of no meaning for the others
     """
-    bodies = getattr(state, "bodies", None)
+    bodies = getattr(state, "bodies", None)  # of a state; a history has rows by sample instead
     if bodies is not None:
         shift, quaternion = bodies.shift, bodies.quat
     elif hasattr(state, "quaternion"):

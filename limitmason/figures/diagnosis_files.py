@@ -17,7 +17,7 @@ from limitmason.storage.files import save_figure, write_text
 def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> list[Path]:
     """Write report.txt, diagnosis.html, pictures, causes.csv, verdict.json.
 
-    Rehearsals too, if there are any.
+    Rehearsals, and trials with a cause that is missing from the list, are written too where they were made.
 
     Parameters
     ----------
@@ -75,6 +75,7 @@ def write_causes(path: str | Path, answer: Any) -> None:
             " + ".join(f"{v:.6g}" if v != "" else "" for v in part).strip(" +")
             for part in (row["size"], [e[0] for e in ends], [e[1] for e in ends])
         )
+        # p_shape is that of a trend along a covariate
         chances = ["" if row[f"p_{k}"] is None else f"{row[f'p_{k}']:.4f}" for k in ("deficit", "shape", "scatter")]
         kept = "yes" if row["kept"] else "no"
         gain = f"{row['gain']:.4f}"

@@ -35,7 +35,7 @@ _KEPT = (style.BLUE, style.GREEN, style.PURPLE, style.ORANGE)
 
 
 class _Sheet:
-    """A page filled downwards to ``depth``; axes are placed once its height is known."""
+    """A page filled downwards, so far to ``depth`` [in], whose height is known last."""
 
     def __init__(self) -> None:
         """Begin an empty page, whose width is that of an A4 page's text."""
@@ -143,11 +143,11 @@ def _count(result: Any) -> str:
 def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
     """Draw residuals along every covariate, a column for each kept explanation.
 
-    The baseline has a column too.
-
-    Where nothing is kept the panels of the baseline stand side by side. ``units`` are those of the covariates.
+    The baseline has the first column. Where nothing is kept its panels stand side by side. ``result.kept`` are tuples
+    of names of causes, ``result.covariates`` values of every specimen by name, ``units`` those of the covariates.
     """
-    within = tuple(f" in {kind}" for kind in set(result.design.kinds))  # a panel shows every kind
+    # a covariate within one kind of specimens is left out: a panel shows every kind
+    within = tuple(f" in {kind}" for kind in set(result.design.kinds))
     covariates = {k: v for k, v in result.covariates.items() if not k.endswith(within)}
     covariates = covariates or {"number of the specimen": list(range(1, result.n + 1))}
     ordered = ordered_covariates(result, covariates)
@@ -169,9 +169,8 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
         for start in range(0, len(shown), per_row):
             for k, name in enumerate(shown[start : start + per_row]):
                 ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth + 0.03, width, 1.25 * _PANEL)
-                trend = _trend_of(result, name)
-                residual_panel(ax, width, covariates[name], values[()], limits, noise, _BASE, trend, first=k == 0,
-                               kinds=result.design.kinds)
+                residual_panel(ax, width, covariates[name], values[()], limits, noise, _BASE, _trend_of(result, name),
+                               first=k == 0, kinds=result.design.kinds)
                 ax.set_xlabel(with_unit(name, units), fontsize=7, color=style.BLACK, labelpad=1.5)
             sheet.depth += 1.25 * _PANEL + 0.48
         return
@@ -198,11 +197,10 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
 
 
 def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
-    """What the panels show; ``noise`` is its deviation [%], ``left_out`` has no panel."""
+    """Words below the panels, with deviation ``noise`` [%] and what is ``left_out``."""
     markers = kinds_note(result.design.kinds)
-    parts = ["Points: specimens; line: trend along the covariate"]
-    if markers:
-        parts = [f"{markers.capitalize()}, each with the trend of its own along the covariate"]
+    parts = [f"{markers.capitalize()}, each with the trend of its own along the covariate" if markers
+             else "Points: specimens; line: trend along the covariate"]
     stated = result.noise.kind != "unknown"
     parts.append(f"shaded: twice the noise {'stated' if stated else 'estimated from the best fit'}, {noise:.1f} %")
     if result.covariate:
@@ -227,8 +225,12 @@ def _noise_band(result: Any) -> float:
 
 def _column_title(result: Any, names: tuple[str, ...]) -> str:
     """The causes ``names``, () for none, with the error that they leave [%]."""
-    error = 100.0 * float(np.sqrt(np.mean(_residual(result, names) ** 2)))
-    return f"{' + '.join(names) if names else 'baseline'}: error {error:.1f}\N{NO-BREAK SPACE}%"
+    return f"{' + '.join(names) or 'baseline'}: error {_error(result, names):.1f}\N{NO-BREAK SPACE}%"
+
+
+def _error(result: Any, names: tuple[str, ...]) -> float:
+    """Root mean square of the residuals that the causes ``names`` leave [%]."""
+    return 100.0 * float(np.sqrt(np.mean(_residual(result, names) ** 2)))
 
 
 def _trend_of(result: Any, name: str) -> str | None:
@@ -243,24 +245,26 @@ def with_unit(name: str, units: Mapping[str, str]) -> str:
 
 
 def _sizes(sheet: _Sheet, result: Any) -> None:
-    """Draw every listed cause between its bounds: size, interval, what would be seen."""
+    """Draw every listed cause between its bounds: size, interval, what would be seen.
+
+    By name of a cause, ``result.estimates`` are sizes of the kept ones and ``verdict.tested`` best fits of all.
+    ``detectable`` are the sizes that would have been seen, as in :func:`_unseen`.
+    """
     listed = result.listed
     row = 0.205 if len(listed) <= 12 else 0.165  # height of each; chosen: long lists stay on the page
-    named = bool(result.kept)
     left = 0.32 + _CHARACTER * max(len(c.name) for c in listed)
     right = 2.25  # room for the words beside
     width = _PAGE - left - right - _RIGHT
     note = "Each cause within its own bounds (ends of the grey line); tick: baseline, no effect. " + (
-        "Filled: not rejected, with its 95 % interval; open: rejected." if named else
+        "Filled: not rejected, with its 95 % interval; open: rejected." if result.kept else
         "Open: best fit, rejected." if result.kind == "unexplained" else
         "Open: best fit, not needed; shaded: sizes that nine times in ten would not have been seen."
     )
     sheet.heading("How large: sizes of the causes on the list", note)
     ax = sheet.axes(left, sheet.depth + 0.02, width, row * len(listed))
-    colours = {n: c for names, c in _colours(result).items() for n in names} if named else {}
-    if result.pairs:
+    colours = {n: c for names, c in _colours(result).items() for n in names} if result.kept else {}
+    if result.pairs:  # pairs are kept: both causes of the best one have one colour
         colours = dict.fromkeys(result.causes, style.BLUE)
-    show_seen = result.kind in ("none", "scatter")  # no cause is needed: which would have been seen?
     for k, cause in enumerate(listed):
         low, high = cause.bounds
         tested = result.verdict.tested[(cause.name,)]
@@ -281,7 +285,7 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
             text = f"{cause.show(estimate.size)}  [{estimate.low:.3g}, {estimate.high:.3g}]"
             text += " at its bound" if estimate.at_bound else ""
         else:
-            if show_seen:
+            if result.kind in ("none", "scatter"):  # no cause is needed: which would have been seen?
                 start, end = map(at, _unseen(cause, result.detectable[cause.name]))
                 ax.add_patch(Rectangle((start, k - 0.26), end - start, 0.52, color="#e4e4e4", linewidth=0, zorder=0.6,
                                        gid="unseen"))
@@ -293,9 +297,7 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
             colour = style.FAINT
         sheet.text(left + width + 0.12, sheet.depth + 0.02 + row * (k + 0.5), text, fontsize=7, va="center",
                    color=colour, gid="size")
-    ax.set_xlim(-0.03, 1.03)
-    ax.set_ylim(len(listed) - 0.5, -0.5)
-    ax.set_xticks([])
+    ax.set(xlim=(-0.03, 1.03), ylim=(len(listed) - 0.5, -0.5), xticks=[])
     ax.set_yticks(range(len(listed)), [f"{c.name}  {k}" for k, c in enumerate(listed, 1)], fontsize=7)
     ax.tick_params(length=0, colors=style.BLACK)
     for cause, label in zip(listed, ax.get_yticklabels(), strict=True):
@@ -333,18 +335,16 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
 
     d2 are the squared distances between causes, see :func:`confusion.draw_distances`. Lengths are in inches.
     """
-    listed = result.listed
     square, left = 1.95, 0.45  # side of the second drawing, margin of the map
     room = _PAGE - square - _RIGHT - 0.75  # for the map: left of the second drawing and of its labels, .75
-    cell = min(0.34, (room - left) / len(listed))
-    side = cell * len(listed)
+    cell = min(0.34, (room - left) / len(result.listed))
+    side = cell * len(result.listed)
     sheet.heading("What this design can tell apart, and what the better model gains")
     top = sheet.depth
-    distances = result.distances
     text = "d2 of a true cause (row) to a rival (column), numbers as above"
     sheet.text(style._INSET, top, text, fontsize=7, color=style.FAINT)
     ax = sheet.axes(left, top + 0.3, side, side)  # .3: the line of text above it
-    draw_distances(ax, distances, cell, kept=[n for names in result.kept for n in names], named=False)
+    draw_distances(ax, result.distances, cell, kept=[n for names in result.kept for n in names], named=False)
     beside = left + side + 1.6 < room  # 1.6 in is the width of the legend: it stands beside the map or under it
     place = {"bbox_to_anchor": (1.06, 1.02)} if beside else {"bbox_to_anchor": (0.0, 0.0), "ncols": 2}
     ax.legend(handles=distance_legend(), loc="upper left", fontsize=6.5, frameon=False, borderpad=0.2,
@@ -357,7 +357,10 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
 
 
 def _predicted(ax: Axes, result: Any, quantity: str) -> int:
-    """Draw predicted against measured ``quantity``; return the lines of its legend."""
+    """Draw predicted against measured ``quantity``, and return its legend lines.
+
+    Predictions are those of the baseline and of the first kept explanation, if any.
+    """
     measured = np.asarray(result.measured)
     sets: list[tuple[tuple[str, ...], Any, str, str]] = [((), result.predicted(()), _BASE, "baseline")]
     for names, colour in list(_colours(result).items())[:1]:
@@ -375,22 +378,19 @@ def _predicted(ax: Axes, result: Any, quantity: str) -> int:
     ax.fill_between(ends, ends * np.exp(-2 * noise), ends * np.exp(2 * noise), color=_SHADE, linewidth=0, zorder=0.5)
     ax.plot(ends, ends, color=style.FAINT, linewidth=0.7, zorder=1, gid="1:1")
     for names, predicted, colour, label in sets:
-        error = 100.0 * float(np.sqrt(np.mean(_residual(result, names) ** 2)))
         face = colour if names else "white"
         ax.plot(measured, predicted, "o" if names else "s", color=colour, markerfacecolor=face, markersize=3.8,
                 markeredgewidth=0.7, zorder=3 if names else 2, gid="after" if names else "before")
         label = label if len(label) < 30 else label[:28] + "…"
         handles.append(Line2D([], [], color=colour, marker="o" if names else "s", markerfacecolor=face, markersize=3.8,
-                              linestyle="none", label=f"{label}: {error:.1f} %"))
+                              linestyle="none", label=f"{label}: {_error(result, names):.1f} %"))
     if result.gain is not None:
         left_out = 100.0 * result.gain.error_left_out
         handles.append(Line2D([], [], linestyle="none", label=f"each specimen left out: {left_out:.1f} %"))
     handles.append(Patch(facecolor=_SHADE, label="twice the noise"))
-    ax.set_xlim(low, high)
-    ax.set_ylim(low, high)
+    ax.set(xlim=(low, high), ylim=(low, high))
     if several:
-        ax.set_xscale("log")
-        ax.set_yscale("log")
+        ax.set(xscale="log", yscale="log")
     else:
         ax.locator_params(nbins=5)
     ax.set_xlabel(f"measured {quantity}".strip(), fontsize=7, labelpad=1.5)

@@ -42,11 +42,10 @@ def window_of(windows: Sequence[Window]) -> Window:
 
 
 def with_held(low: Array, high: Array, held: Array, share: float) -> Array:
-    """Lowest and highest place of a drawing [m], (2, 2): what moves, and some more.
+    """Lowest and highest place of a drawing [m], (2, 2): what moves, and some ground.
 
-    Of what is held a margin about it is shown.
-
-    A wide ground seen whole would shrink the structure to a detail.
+    Of what is held only a margin about the moving part is shown: a wide ground seen whole would shrink the structure
+    to a detail.
 
     Parameters
     ----------
@@ -91,7 +90,7 @@ class Elevation:
         return ("along the wall", "z")
 
     def paths(self, blocks: Index, motion: RigidMotion | None = None) -> list[Path]:
-        """Outline of each of ``blocks``, by number, moved or not.
+        """Outline of each of ``blocks``, by number, where ``motion`` has it or at rest.
 
         The loops of a block are one path.
         """
@@ -139,6 +138,7 @@ class Elevation:
         Parameters
         ----------
         interfaces : their numbers, shape (k,)
+        motion : of the blocks; None for the place at rest, where both are one
         """
         x = self.assembly.arrays
         a, b = np.empty((len(interfaces), 2, 2)), np.empty((len(interfaces), 2, 2))
@@ -201,9 +201,9 @@ _DENSE = 150
 
 
 def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
-    """Draw original outlines of ``moving`` blocks, dashed, unless they are many.
+    """Draw original outlines of ``moving`` blocks, dashed and over the displaced ones.
 
-    They lie over the displaced ones.
+    Where they are many they are pale lines under the blocks. ``width`` is that of outlines [pt].
     """
     rows = np.flatnonzero(moving)
     if not len(rows):
@@ -218,14 +218,18 @@ def draw_ghost(ax: Axes, view: Elevation, moving: Flags, width: float) -> None:
 def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMotion, width: float) -> None:
     """Draw the gap of moving joints filled, and their faces as coloured lines.
 
-    The colour is that of opening or of sliding.
+    Parameters
+    ----------
+    joints : flags ``opens`` and ``slides`` of the interfaces, shape (k,), which choose the colour
+    motion : of the blocks, which carry the two faces of a joint apart
+    width : of outlines [pt]; faces are a little thicker
     """
     for flags, colour, gid in ((joints.opens, style.OPENING, "opening"), (joints.slides, style.SLIDING, "sliding")):
         rows = np.flatnonzero(flags)
         if not len(rows):
             continue
         a, b = view.segments(rows, motion)
-        gaps = np.concatenate([a, b[:, ::-1]], axis=1)
+        gaps = np.concatenate([a, b[:, ::-1]], axis=1)  # corners around: along block a and back along b
         ax.add_collection(PolyCollection(
             list(gaps), facecolors=style.pale(colour), edgecolors="none", linewidths=0.0, gid=gid, zorder=2.6
         ))
@@ -265,9 +269,9 @@ def set_frame(ax: Axes, view: Elevation, frame: Window) -> None:
 
 
 def label_blocks(ax: Axes, view: Elevation, scale: float) -> None:
-    """Write names at the blocks' centroids, at most 7 pt; ``scale`` in pt/m.
+    """Write names at the blocks' centroids, as large as fits up to 7 pt.
 
-    They are as large as fits.
+    ``scale`` is that of the drawing [pt/m].
     """
     for i, block in enumerate(view.assembly.blocks):
         x, y = view.assembly.centroids[i] @ view.axes

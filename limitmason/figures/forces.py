@@ -45,10 +45,8 @@ def contact_forces(
 ) -> Figure:
     """Joint forces as one segment per interface along its resultant.
 
-    It is as thick as the force is large.
-
-    Segments pass through the centres of pressure. Those of joints at their friction limit are blue. For arches and
-    columns the line of thrust joins the centres of pressure.
+    Segments are as thick as the force is large and pass through the centres of pressure. Those of joints at their
+    friction limit are blue. For arches and columns the line of thrust joins the centres of pressure.
 
     Parameters
     ----------
@@ -110,14 +108,14 @@ def tie_forces(model: Assembly, prediction: Prediction) -> Array:
 def _draw_segments(
     ax: Axes, forces: JointForces, rows: Index, axes: Array, length: float, thickest: float
 ) -> None:
-    """Draw a segment per interface through its centre of pressure.
-
-    It lies along the resultant.
+    """Draw a segment per interface along its resultant, at the centre of pressure.
 
     Parameters
     ----------
     rows : numbers of the interfaces, which carry a force
+    axes : directions to the right and up on the page, shape (3, 2)
     length : of all segments [m]
+    thickest : width of the segment of the largest force [pt]
     """
     if not len(rows):
         return
@@ -134,14 +132,16 @@ def _draw_segments(
 
 
 def _draw_thrust_line(ax: Axes, line: ThrustLine, forces: JointForces, axes: Array, thickest: float) -> None:
-    """Draw a polyline as thick as the force, and a dot at centres of pressure.
+    """Draw a polyline as thick as the force, and dots at the centres of pressure.
 
-    It is blue at the friction limit.
+    A dot is blue where its joint is at the friction limit.
 
     Parameters
     ----------
-    line : of thrust through the joints of a chain of blocks
-    forces : of all joints, whose largest has the width ``thickest``
+    line : of thrust through the joints of a chain of blocks: its points ``centre`` [m], shape (p, 3), and the size of
+        the resultant ``force`` [N] at each, shape (p,)
+    forces : of all joints, whose largest has the width ``thickest`` [pt]
+    axes : directions to the right and up on the page, shape (3, 2)
     """
     flat = line.centre @ axes
     width = thickest * line.force / np.linalg.norm(forces.force, axis=1).max()

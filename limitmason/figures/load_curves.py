@@ -73,13 +73,14 @@ def load_displacement(
         # named kN so that they are drawn with their own numbers: the axis is given its name here
         named = [(label, Curve(c.displacement, c.load, c.displacement_unit, "kN")) for label, c in named]
         ylabel = "multiplier λ [-]" if ylabel == FORCE else ylabel
-    own, (_, ax) = ax is None, style.paper(style.page_width(_WIDTH), _HEIGHT, ax)
+    own = ax is None
+    _, ax = style.paper(style.page_width(_WIDTH), _HEIGHT, ax)
     ax.axhline(0.0, color=style.FAINT, linewidth=0.5, zorder=0.5)
     for (label, curve), look in zip(named, _looks(), strict=False):
         u, f = _curve(curve, block, direction, label)
         ax.plot(1e3 * u, 1e-3 * f, linewidth=1.0, label=label or None, gid=f"curve {label}".strip(), **look)
     for label, curve in _measured_curves(measured):
-        u, f = _curve(curve, None, direction, label)
+        u, f = _curve(curve, block=None, direction=direction, label=label)
         marker = "o" if len(u) < 12 else None  # chosen: the points of a longer record run into each other
         ax.plot(1e3 * u, 1e-3 * f, color=style.BLACK, linewidth=0.8, marker=marker, markersize=3.5, label=label,
                 markerfacecolor="white", gid="measured", zorder=2.5)
@@ -135,7 +136,8 @@ def history_curves(
         raise InputError("name at least one quantity to draw")
     units = units or {}
     x = np.asarray(history[against], dtype=float)
-    own, (_, ax) = ax is None, style.paper(style.page_width(_WIDTH), _HEIGHT, ax)
+    own = ax is None
+    _, ax = style.paper(style.page_width(_WIDTH), _HEIGHT, ax)
     for name, look in zip(names, _looks(), strict=False):
         y = np.asarray(history[name], dtype=float)
         if y.shape != x.shape:
@@ -168,7 +170,7 @@ def _is_multiplier(curve: Any) -> bool:
 
 
 def _by_label(curves: Any) -> list[tuple[str, Any]]:
-    """Pairs of label and curve to draw; the label is empty where a curve has none.
+    """Pairs of label and curve to draw, with an empty label where there is none.
 
     Parameters
     ----------

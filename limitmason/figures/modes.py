@@ -79,9 +79,9 @@ def _drawn(modes: Modes, number: int, reach: float) -> Array:
 def mac_matrix(
     mac: Mac, *, names: tuple[str, str] = ("first", "second"), title: str | None = None, caption: str | None = None
 ) -> Figure:
-    """Matrix of the modal assurance criterion, the best from 0.5 on framed.
+    """Matrix of the modal assurance criterion (MAC), the best of each row framed.
 
-    They are the best of each row.
+    Values below 0.5 are not framed.
 
     Parameters
     ----------

@@ -46,7 +46,7 @@ def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
     assembly : the structure; where all its blocks are fixed, all count as free
     twists : of a mechanism: velocities of the centroids and angular velocities, shape (n, 6)
     """
-    x = assembly.arrays
+    x = assembly.arrays  # x.normal are the unit normals of all joints, shape (k, 3)
     free = np.flatnonzero(~assembly.fixed)
     if not len(free):
         free = np.arange(assembly.n_blocks)
@@ -60,14 +60,15 @@ def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
     # joints all of one direction do not tell the plane, the sides of a block do
     sides = [face_plane(face)[0] for face in assembly.blocks[free[0]].faces]
     candidates += [n for n in sides if abs(n[2]) < _FLAT]
-    for p in candidates:
+    for p in candidates:  # unit normals of planes
         p = p * (1.0 if p[np.abs(p[:2]).argmax()] > 0 else -1.0)  # one of its two senses, always the same
         if np.abs(x.normal @ p).max(initial=0.0) > _FLAT or not _one_leaf(assembly, free, p):
             continue
         if twists is not None:
             # in the plane blocks neither shift along its normal p nor turn about anything else
             corners = np.vstack([assembly.blocks[i].vertices for i in free])
-            # spins as what they displace over the structure: where blocks only slide, spins are all rounding
+            # spins as what they displace over the structure: where blocks only slide, spins are all rounding. The
+            # least size is not zero: a mechanism without motion lies in any plane
             spins = twists[:, 3:] * float(np.ptp(corners, axis=0).max())
             size = max(float(np.abs(twists[:, :3]).max(initial=0.0)), float(np.abs(spins).max(initial=0.0)), 1e-300)
             turning = spins - (spins @ p)[:, None] * p
@@ -85,7 +86,7 @@ def elevation_plane(normal: Array) -> Plane:
     """
     p = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
     z = np.array([0.0, 0.0, 1.0])
-    return Plane(np.cross(p, z), z, p, 0.0)
+    return Plane(axis_1=np.cross(p, z), axis_2=z, normal=p, level=0.0)
 
 
 def _one_leaf(assembly: Assembly, rows: Index, p: Array) -> bool:
@@ -133,15 +134,14 @@ def elevation_loops(block: Block, plane: Plane, tolerance: float) -> list[Array]
                     directed[v, u] -= 1
                 else:
                     directed[u, v] = directed.get((u, v), 0) + 1
-    first = {int(k): i for i, k in reversed(list(enumerate(label)))}
-    return [points[[first[k] for k in loop]] for loop in _chained(directed)]
+    return [points[loop] for loop in _chained(directed)]  # a label is the number of its first point
 
 
 def _front(part: Solid, plane: Plane) -> Array:
     """Corners of the silhouette of ``part`` [m], counter-clockwise, shape (n, 3).
 
-    The viewer is at -normal: the least depth is in front. A face in front keeps corners within a straight side, where
-    neighbours end; a hull drops them.
+    The viewer is at -normal of ``plane``: the least depth is in front. A face in front keeps corners within a straight
+    side, where neighbours end; a hull drops them.
     """
     v = part.vertices
     depth = v @ plane.normal
@@ -178,6 +178,7 @@ def _through(flat: Array, label: Index, i: int, j: int, tolerance: float) -> lis
     ----------
     flat, label : points on the page [m], shape (n, 2), and their numbers by :func:`_labels`, shape (n,)
     i, j : rows of the two ends
+    tolerance : distance from the edge up to which a point lies on it [m]
     """
     edge = flat[j] - flat[i]
     length = np.linalg.norm(edge)
@@ -196,7 +197,10 @@ def _through(flat: Array, label: Index, i: int, j: int, tolerance: float) -> lis
 
 
 def _chained(directed: dict[tuple[int, int], int]) -> list[list[int]]:
-    """Closed loops of vertices, by number, that use each directed edge as counted."""
+    """Closed loops of vertices, by number, along the directed edges that are left.
+
+    ``directed`` has how often each edge is left, by its two ends; those at zero have cancelled.
+    """
     after: dict[int, list[int]] = {}
     for (u, v), times in directed.items():
         if times:
@@ -227,7 +231,9 @@ def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
     Parameters
     ----------
     parts : the pieces; the only piece of a convex block keeps all its edges
+    tolerance : distance up to which places are one [m]
     """
+    # normal and offset of every face of every piece
     planes = [[face_plane(part.vertices[list(f)]) for f in part.faces] for part in parts]
     normals, offsets = ([np.array([plane[k] for plane in p]) for p in planes] for k in (0, 1))
     out: list[list[Edge]] = []
@@ -254,14 +260,15 @@ def _stretches(
 ) -> list[tuple[float, float]]:
     """Parts of an edge between crossing faces of other pieces, by start and end [-].
 
-    They are shares of its length.
-
-    Parts shorter than twice the tolerance are left out: what is about their middle cannot be told.
+    Start and end are shares of the edge's length from ``a``. Parts shorter than twice the tolerance are left out: what
+    is about their middle cannot be told.
 
     Parameters
     ----------
     a, b : ends of the edge [m], shape (3,)
     own : number of the piece that it is of
+    normals, offsets : planes of the faces of every piece, shapes (f, 3) and (f,) [m]
+    tolerance : distance up to which places are one [m]
     """
     length = float(np.linalg.norm(b - a))
     cuts = [0.0, 1.0]
@@ -276,13 +283,16 @@ def _stretches(
 
 
 def _is_edge(middle: Array, along: Array, normals: list[Array], offsets: list[Array], tolerance: float) -> bool:
-    """Whether a block has an edge at a place, by points around it.
+    """Whether a block has an edge at a place, by points on a circle around it.
 
-    They are then neither all inside nor half of them in a row.
+    Where all points lie inside the block it is solid, and where half of them do in a row it is flat. Else it has an
+    edge.
 
     Parameters
     ----------
     middle, along : place on the edge and vector along it [m], shape (3,)
+    normals, offsets : planes of the faces of every piece, shapes (f, 3) and (f,) [m]
+    tolerance : gap between pieces of the block that is none [m]
     """
     # v, w: unit vectors across the edge, from x, or from y where the edge lies within 45 degrees of x
     u = along / np.linalg.norm(along)

@@ -38,7 +38,7 @@ enlarged a little."""
 
 
 def write_page(path: str | Path, title: str, parts: Sequence[str]) -> Path:
-    """Write ``parts``, HTML each, as a page under plain ``title``; return its path."""
+    """Write HTML ``parts`` as a page under a plain ``title``, and return its path."""
     text = (
         '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'

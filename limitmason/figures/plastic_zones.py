@@ -34,13 +34,13 @@ def plasticity(
 ) -> Figure:
     """Elevations of a driven wall, zones coloured by how they yielded or failed.
 
-    They stand one below the other.
-
-    Colours are those of :data:`MARKS`; each heading gives their shares of the number of zones.
+    Elevations of several moments stand one below the other. Colours are those of :data:`MARKS`; each heading gives
+    their shares of the number of zones.
 
     Parameters
     ----------
-    curve : of ``dem.push`` with zoned blocks: with ``mesh``, ``zones``, ``opening``, ``slip`` and ``assembly``
+    curve : of ``dem.push`` with zoned blocks: with ``mesh``, ``opening``, ``slip``, ``assembly``, and for every sample
+        ``zones`` with displacements ``shift`` of the nodes [m], shape (k, 2), and ``marks``, numbers in :data:`MARKS`
     at : moments, one elevation each: "peak", "end", or samples by number
     scale : factor on displacements [-]; by default so that the largest at the last moment can be seen
     title : heading of the figure
@@ -71,6 +71,7 @@ def plasticity(
             list(place[mesh.zones]), facecolors=[colours[m] for m in marks], edgecolors=style.GHOST, linewidths=0.2,
             gid="zones", zorder=1.0,
         ))
+        # mesh.sides are the nodes along all sides of blocks, one side after the other
         sides = [place[mesh.sides[a:b]] for a, b in pairwise(mesh.side_start)]
         ax.add_collection(LineCollection(sides, colors=style.BLACK, linewidths=0.45, gid="sides", zorder=2.0))
         edge = _MARGIN * span
@@ -85,4 +86,4 @@ def plasticity(
         Patch(facecolor=c, edgecolor=style.GHOST, linewidth=0.4, label=m) for c, m in zip(colours, MARKS, strict=True)
     ]
     handles.append(Line2D([], [], color=style.BLACK, linewidth=0.6, label=f"displacements drawn {scale:g} times"))
-    return style.finished(figure, title, None, handles)
+    return style.finished(figure, title, text=None, handles=handles)

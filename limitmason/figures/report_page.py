@@ -136,7 +136,7 @@ def _compared(compared: SideBySide) -> str:
 
 
 def geometry_facts(model: Assembly) -> list[str]:
-    """Sentences on blocks, size, weight and supports; the first of many are named."""
+    """Sentences on blocks, size, weight and supports, naming the first of many."""
     bounds = np.array([b.bounds for b in model.blocks])
     size = bounds[:, 1].max(axis=0) - bounds[:, 0].min(axis=0)
     held = [model.blocks[i].name for i in np.flatnonzero(model.held.any(axis=1))]

@@ -28,7 +28,7 @@ def ordered_covariates(result: Any, covariates: Mapping[str, Sequence]) -> list[
     result : the diagnosis
     covariates : columns by name, numbers or words, shape (n,) each
     """
-    residual = result.y[None, :]
+    residual = result.y[None, :]  # log(measured / predicted) of the baseline over the noise, one row of n
     strength = {}
     for name, column in covariates.items():
         trends = Trends({name: column}, result.design.scale, kinds=result.design.kinds)

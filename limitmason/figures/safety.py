@@ -27,7 +27,7 @@ _CARRIED, _CERTAIN = "#d8d8d8", "#a0a0a0"  # fill of a region, and of the part t
 
 @style.in_print_style
 def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None = None) -> Figure:
-    """Multipliers of two loads.
+    """Multipliers of two loads that a structure carries together, as a region.
 
     Filled where forces carry them, a line per half-plane of a mechanism, dashed where no more was asked.
 
@@ -46,7 +46,8 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
     instance("region", region, LoadRegion, "by lm.load_region")
     if len(region.names) != 2 or not len(region.corners):
         raise InputError(f"a region is drawn of two loads that can be carried, not: {region}")
-    own, (_, ax) = ax is None, style.paper(style.page_width(_WIDTH), 3.0, ax)
+    own = ax is None
+    _, ax = style.paper(style.page_width(_WIDTH), height=3.0, ax=ax)
     for drawn, shade in ((region, _CARRIED), (region.certain, _CERTAIN)):
         if drawn is not None and len(drawn.corners):
             outline = _outline(drawn.corners)
@@ -57,7 +58,7 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
     room = 0.12 * np.maximum(high - low, 1e-3 * np.abs(region.corners).max())
     ax.set_xlim(low[0] - room[0], high[0] + room[0])
     ax.set_ylim(low[1] - room[1], high[1] + room[1])
-    for plane in region.outside:
+    for plane in region.outside:  # half-planes normal . x <= offset, each with the twists of its mechanism
         foot, (x, y) = plane.offset * plane.normal, plane.normal  # its line runs through the foot, across the normal
         line = ax.axline((foot[0], foot[1]), (foot[0] - y, foot[1] + x), color=style.ORANGE, lw=0.5)
         if plane.twists is None:  # white over the outline, which it makes dashed
@@ -75,10 +76,10 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
 def _finished(ax: Axes, own: bool, title: str | None, text: str, handles: list[Any]) -> Figure:
     """The figure of ``ax`` with title, caption ``text`` and a legend of ``handles``.
 
-    Its page is its own or not.
+    ``own`` says whether its page was made here; axes of the caller keep the size of their page.
     """
     if own:
-        style.frame(ax, None)
+        style.frame(ax, title=None)
         return style.finished(style.figure_of(ax), title, text, handles)
     style.frame(ax, title, text)
     if handles:
@@ -100,9 +101,7 @@ def _outline(corners: Array) -> Array:
 
 @style.in_print_style
 def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes | None = None) -> Figure:
-    """Multiplier over the place of the first axle.
-
-    The point is the smallest.
+    """Multiplier over the place of the first axle, with a point at the smallest.
 
     Parameters
     ----------
@@ -111,7 +110,8 @@ def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes 
     ax : axes to draw in; its own by default
     """
     instance("envelope", envelope, AxleEnvelope, "by lm.axle_envelope")
-    own, (_, ax) = ax is None, style.paper(style.page_width(_WIDTH), 2.2, ax)
+    own = ax is None
+    _, ax = style.paper(style.page_width(_WIDTH), height=2.2, ax=ax)
     least = float(np.nanmin(envelope.multipliers))
     shown = np.where(np.isfinite(envelope.multipliers), envelope.multipliers, np.nan)
     ax.plot(envelope.positions, shown, color="black", lw=0.9)
@@ -146,10 +146,11 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
     if verdict.curve is None:
         return _by_peaks(verdict, title, text)
     style.needs_a_page("assessment")
-    figure, (left, right) = style.panels(style.FULL_WIDTH, 2.4, columns=2)
+    figure, (left, right) = style.panels(style.FULL_WIDTH, height=2.4, columns=2)
     alpha, moved = verdict.curve.load, verdict.curve.displacement
     peak = int(np.argmax(alpha))
-    # from the control point to the oscillator of the code: the curve comes down to zero at d0
+    # from the control point to the oscillator of the code, whose curve comes down to zero at d0; a = alpha g / (e* FC).
+    # Beyond the peak -alpha rises, as interp asks
     along = moved * (capacity.d0 / np.interp(0.0, -alpha[peak:], moved[peak:]))
     left.plot(along, alpha * GRAVITY / (capacity.mass_share * verdict.confidence_factor), color="black", lw=0.9)
     periods = np.linspace(0.02, 1.6 * max(capacity.period.values()), 200)  # [s], beyond both points of the verdict
@@ -171,7 +172,7 @@ def _by_peaks(verdict: Assessment, title: str | None, text: str) -> Figure:
 
     ``text`` is the caption.
     """
-    figure, (ax,) = style.panels(style.page_width(_WIDTH), 2.4)
+    figure, (ax,) = style.panels(style.page_width(_WIDTH), height=2.4)
     for state, colour, factor in (("SLV", style.ORANGE, 2.0), ("SLD", style.BLUE, 1.0)):
         spectrum = verdict.spectra[state]
         if isinstance(spectrum, RecordSpectrum):

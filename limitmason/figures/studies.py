@@ -90,7 +90,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
         colour = colours[r.method]
         if math.isfinite(r.low) and r.high > r.low:
             # taller than the marker, so that a narrow range still shows
-            ax.barh([y], [r.high - r.low], 0.28, left=r.low, color=style.pale(colour, 0.45), edgecolor=colour,
+            ax.barh([y], [r.high - r.low], 0.28, left=r.low, color=style.pale(colour, share=0.45), edgecolor=colour,
                     linewidth=0.6, zorder=2, gid="range")
         ax.plot([r.multiplier], [y], _look(r.method).marker, color=colour, markersize=6.5, zorder=4,
                 markeredgecolor="white", markeredgewidth=0.6, gid="value")
@@ -131,9 +131,7 @@ def _cut(text: str, width: int = 60) -> str:
 def _draw_published(ax: Axes, published: Mapping[str, Sequence[tuple[float, float]]]) -> list[Line2D]:
     """Draw the points of every source; return entries for the legend.
 
-    x and y are in the units of the axes.
-
-    ``published`` has the points by the name of their source.
+    ``published`` has the points (x, y), in the units of the axes, by the name of their source.
     """
     handles = []
     for number, (name, points) in enumerate(published.items()):
@@ -159,9 +157,9 @@ def study_lines(
     caption: str = "",
     ax: Axes | None = None,
 ) -> Figure:
-    """One line per group of rows over a column.
+    """Lines of one column of a study over another, one for every group of rows.
 
-    Dilatancy, block size, contact points, or any sweep.
+    The column may be dilatancy, block size, contact points, or any other that was varied.
 
     Parameters
     ----------
@@ -188,7 +186,7 @@ def study_lines(
     for name in by:
         if not any(name in r for r in rows):
             raise InputError(f"by names the column {name!r}, which no row has")
-    figure, ax = style.paper(style.page_width(), 3.4, ax)
+    figure, ax = style.paper(style.page_width(), height=3.4, ax=ax)
     positive = sorted({float(r[x]) for r in rows if r[x] > 0})
     edge = 0.5 * positive[0] if positive else 1.0
 
@@ -287,7 +285,7 @@ def varied(table: Table, y: str = "multiplier") -> str:
 def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, ...]:
     """Columns that leave one value at every x: the method, then those that help most.
 
-    Those of few values go first.
+    Of columns that help alike, those of few values go first.
 
     Parameters
     ----------
@@ -357,13 +355,13 @@ def histogram(
         With fewer than two finite values.
     """
     groups = dict(tables) if isinstance(tables, Mapping) else {"": tables}
-    found = {name: running(t, column) for name, t in groups.items()}
+    found = {name: running(t, column) for name, t in groups.items()}  # mean and variation after 1, 2, ... runs
     values = {}
     for name, table in groups.items():
         numbers = table[column].astype(float)
         values[name] = numbers[np.isfinite(numbers)]
     edges = np.histogram_bin_edges(np.concatenate(list(values.values())), bins=bins if bins is not None else "fd")
-    figure, ax = style.paper(style.page_width(), 3.2, ax)
+    figure, ax = style.paper(style.page_width(), height=3.2, ax=ax)
     for number, (name, own) in enumerate(values.items()):
         colour = style.SERIES[number % len(style.SERIES)]
         last = found[name]

@@ -344,7 +344,7 @@ def metre_axes(ax: Axes, names: tuple[str, str]) -> None:
     ax.set_xlabel(f"{names[0]} [m]", color=FAINT)
     ax.set_ylabel(f"{names[1]} [m]", color=FAINT)
     ax.locator_params(axis="both", nbins=6, steps=[1, 2, 5, 10])
-    frame(ax, None)
+    frame(ax, title=None)
 
 
 def pale(colour: str, share: float = 0.42) -> tuple[float, float, float]:

@@ -22,20 +22,20 @@ HELD, YIELDS = style.GREEN, style.PURPLE
 
 
 def stretching(model: Assembly, twists: Array, threshold: float) -> Flags:
-    """Ties that a mechanism stretches, by a part of its fastest vertex, (t,).
+    """Flags of the ties that a mechanism stretches, shape (t,).
 
     Parameters
     ----------
     twists : of the mechanism, shape (n, 6)
-    threshold : that fraction [-]
+    threshold : part of the speed of the fastest vertex above which a tie counts as stretched [-]
     """
     # links are all that joins two blocks: interfaces first, then ties
     rows = slice(len(model.interfaces), None)
     x = model.links
     ends = np.array([t.ends for t in model.ties]).reshape(-1, 2, 3)
-    b, a = (velocity(x.centroid, twists, block[rows], ends[:, k]) for k, block in ((1, x.block_b), (0, x.block_a)))
-    apart = b - a
-    longer = -(apart * x.normal[rows]).sum(axis=1)  # the normal of a tie runs from its end b to its end a
+    speed_a = velocity(x.centroid, twists, x.block_a[rows], ends[:, 0])
+    speed_b = velocity(x.centroid, twists, x.block_b[rows], ends[:, 1])
+    longer = -((speed_b - speed_a) * x.normal[rows]).sum(axis=1)  # the normal of a tie runs from its end b to its end a
     return np.asarray(longer > threshold * max(float(largest_rates(model, twists).max(initial=0.0)), 1e-300))
 
 
@@ -43,7 +43,7 @@ def draw_ties(
     ax: Axes, model: Assembly, project: Callable[[Array], Array], width: float, *, motion: RigidMotion | None = None,
     yields: Flags | None = None,
 ) -> list[Line2D]:
-    """Draw the ties over the blocks, as if of glass; return legend entries.
+    """Draw the ties over blocks as if of glass, and return legend entries.
 
     Parameters
     ----------

@@ -33,7 +33,8 @@ def tilt_test(
 ) -> Figure:
     """Path of the reactions of tilting tests, Rh / Rv0 over Rv / Rv0.
 
-    The diagram on the right is Rh / Rv against steps.
+    Rv is the reaction normal to the table, Rh that along it, and Rv0 the weight of the wall. The diagram on the right
+    is Rh / Rv against steps.
 
     The dashed lines are what the table imposes, a circle on the left and tan(alpha) on the right; the dotted lines are
     the multiplier lambda, a ray on the left; the point is the collapse. Left of it the wall follows the table.

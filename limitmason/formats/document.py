@@ -29,7 +29,7 @@ _SHOWN = 60
 
 
 class DocumentNode:
-    """A value of a document that knows where it stands, so that every error can say so.
+    """A value of a document that knows where it stands, for errors to say so.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class DocumentNode:
 
     def get(self, key: str) -> DocumentNode | None:
         """The value of a key, or None where it is missing or null."""
-        return self.given(key, lambda node: node, None)
+        return self.given(key, lambda node: node, default=None)
 
     def given(self, key: str, read: Callable[[DocumentNode], T], default: D) -> T | D:
         """The value of a key as the function ``read`` takes it, or a default.
@@ -184,9 +184,9 @@ class DocumentNode:
         return out
 
     def make(self, maker: Callable[..., Any], *given: Any, **values: Any) -> Any:
-        """What a class or function makes of values.
+        """What a class or function makes of values, or an error that names file and key.
 
-        Its refusal names file and key.
+        The error is an ``InputError`` in the words of the class or function.
 
         Parameters
         ----------
@@ -252,7 +252,7 @@ def read_document(path: str | Path, schema: str, version: int) -> DocumentNode:
         raise node.error(f'"schema" is missing; the file must declare "schema": "{schema}", "version": {version}')
     if node["schema"].text() != schema:
         raise node["schema"].error(f"expected {schema!r}, got {node['schema'].value!r}")
-    if (number := node["version"].whole("a whole number of at least 1", 1)) > version:
+    if (number := node["version"].whole("a whole number of at least 1", least=1)) > version:
         text = f"the file has version {number}, this limitmason reads up to {version}: update it"
         raise node["version"].error(text)
     return node

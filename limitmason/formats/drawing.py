@@ -179,6 +179,7 @@ def _read(
     outlines, names, _ = outlines_of(path, scale, gap, layers)
     cleaned = None
     if gap is not None or mortar is not None:
+        # where the mortar alone is given, a part of it counts as an error of drawing
         near = _DRAWING_ERROR * mortar if gap is None and mortar is not None else gap
         cleaned = clean(outlines, near or 0.0, mortar=mortar or 0.0, names=names)
         outlines, names = cleaned.outlines, cleaned.names

@@ -224,6 +224,6 @@ def _within_half_planes(polygon: Array, normals: Array, offsets: Array) -> Array
             if c < 0.0:
                 return None
             continue
-        # corners within rounding of the line lie on it
-        left = split_polygon(left, n * c / length**2, n / length, 1e-12 * size)[0]
+        # the part behind the line is kept; corners within rounding of the line lie on it
+        left, _ = split_polygon(left, n * c / length**2, n / length, slack=1e-12 * size)
     return left

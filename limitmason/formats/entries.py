@@ -36,7 +36,7 @@ def blocks_of(node: DocumentNode) -> dict[str, Any]:
                 raise density.error(f"{len(entries)} densities, but there are more blocks")
             density = entries[k]
         densities.append(DENSITY if density is None else density.number())
-        axes.append(block.given("axis", DocumentNode.row, None))
+        axes.append(block.given("axis", DocumentNode.row, default=None))
         pieces = [block]  # a convex block is its own piece
         if "parts" in block:
             pieces = list(block["parts"])
@@ -64,7 +64,7 @@ def joint_of(node: DocumentNode) -> Joint:
 def _terms(node: DocumentNode) -> tuple[JointTerm, ...]:
     """Terms added to a joint law, from their entry ``node``.
 
-    It holds the numbers of each by its registered name.
+    The entry is an object of objects: numbers by field, under the registered name of each term.
     """
     known, out = added_terms(), []
     for name, numbers in node.items():
@@ -108,7 +108,7 @@ def with_materials(node: DocumentNode, assembly: Assembly) -> Assembly:
     assembly : with the blocks of the document, in its order
     """
     table = {name: material_of(entry) for name, entry in node["materials"].items()} if "materials" in node else {}
-    default = node.given("material", material_of, None)
+    default = node.given("material", material_of, default=None)
     # outlines have no entries of their own, and so no material of their own
     entries = list(node["blocks"]) if "blocks" in node else [None] * assembly.n_blocks
     blocks = list(assembly.blocks)
@@ -189,15 +189,15 @@ def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
     for entry in loads.get("point_loads") or ():
         entry.mapping(("block", "force", "at", "case"))
         out = out.with_point_load(
-            assembly, entry["block"].block(), entry["force"].row(), at=entry.given("at", DocumentNode.row, None),
-            case=entry.given("case", DocumentNode.text, "live"),
+            assembly, entry["block"].block(), entry["force"].row(),
+            at=entry.given("at", DocumentNode.row, default=None), case=entry.given("case", DocumentNode.text, "live"),
         )
     for entry in loads.get("pressures") or ():
         entry.mapping(("block", "pressure", "level", "unit_weight", "traction", "face", "case"))
         out = out.with_pressure(
             assembly, entry["block"].block(),
-            **{key: entry.given(key, DocumentNode.number, None) for key in ("pressure", "level", "unit_weight")},
-            traction=entry.given("traction", DocumentNode.row, None),
+            **{k: entry.given(k, DocumentNode.number, default=None) for k in ("pressure", "level", "unit_weight")},
+            traction=entry.given("traction", DocumentNode.row, default=None),
             case=entry.given("case", DocumentNode.text, "dead"), face=entry.given("face", _face_of_block, "top"),
         )
     if "precompression" in loads:

@@ -43,13 +43,11 @@ class MeshBody(NamedTuple):
 
 
 def read_solids(path: str | Path | Sequence[str | Path], *, scale: float = 1.0, up: str = "z") -> Solids:
-    """Read blocks exactly as they are drawn.
+    """Read blocks exactly as they are drawn, one from every file or body.
 
-    One from every file, or from every body where one file holds all.
-
-    For blocks that meet, as a modelling program exports them. Notches and openings stay: ``Assembly.from_polyhedra``
-    divides what is not convex into convex parts of one rigid body, and refuses a surface that is not closed. For scans
-    with mortar between, :func:`read_stones`.
+    Bodies of a file are told apart where it is the only one. This is for blocks that meet, as a modelling program
+    exports them. Notches and openings stay: ``Assembly.from_polyhedra`` divides what is not convex into convex parts of
+    one rigid body, and refuses a surface that is not closed. For scans with mortar between, :func:`read_stones`.
 
     Parameters
     ----------
@@ -124,7 +122,9 @@ def bodies(path: str | Path | Sequence[str | Path], *, scale: float, up: str) ->
 
 
 def _warn_of_precision(file: str, vertices: Array, scale: float, found: Sequence[MeshBody]) -> None:
-    """Warn of bodies far from the origin of a file in single precision, whose corners it rounds.
+    """Warn of bodies far from the origin of a file that holds single precision.
+
+    Their corners are rounded by it.
 
     Parameters
     ----------
@@ -148,7 +148,8 @@ def _warn_of_precision(file: str, vertices: Array, scale: float, found: Sequence
 def _body(name: str, corners: Array, triangles: Index) -> MeshBody:
     """A body with its own corners.
 
-    Its volume is taken about their mean, so that even that of an open mesh is the same wherever it lies.
+    Its volume, the sum of a . (b x c) / 6 over triangles a, b, c, is taken about the mean of the corners. So even that
+    of an open mesh is the same wherever it lies.
 
     Parameters
     ----------

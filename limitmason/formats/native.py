@@ -277,27 +277,27 @@ def _tolerances(node: DocumentNode) -> dict[str, Any]:
 
     They are read from the document ``node``.
     """
-    rules, distance = node.get("contact_rules"), node.given("tolerance", DocumentNode.number, None)
+    rules, distance = node.get("contact_rules"), node.given("tolerance", DocumentNode.number, default=None)
     if rules is None:
         return {"tolerance": distance}
     given = rules.mapping(("distance", "angle_deg", "wedge_deg", "width"))
     if "distance" in given:
-        distance = rules.given("distance", DocumentNode.number, None)
+        distance = rules.given("distance", DocumentNode.number, default=None)
     names = {"angle_deg": "angle_tolerance_deg", "wedge_deg": "wedge_tolerance_deg", "width": "smallest_contact"}
     return {"tolerance": distance, **{names[key]: rules[key].number() for key in names if key in rules}}
 
 
 def _simple(node: DocumentNode) -> Assembly:
-    """Assembly of a document ``node`` that gives the laws of its joints.
+    """Assembly of a document ``node`` of outlines or blocks, with laws of its joints.
 
-    It gives outlines or blocks.
+    Its contacts are found here; a document that stores them is read by :func:`_stored`.
     """
     supports = [entries.support_of(s) for s in node.get("supports") or ()]
     # what is held in every direction is fixed, and held while contacts are found
     fixed = [f.block() for f in node.get("fixed") or ()] + [s.block for s in supports if all(s.held)]
     options: dict[str, Any] = {
         "joint": entries.joint_of(node["joint"]), "joints": entries.joint_table(node), "fixed": fixed,
-        "recipe": node.given("recipe", _recipe, None), **_tolerances(node),
+        "recipe": node.given("recipe", _recipe, default=None), **_tolerances(node),
     }
     if "outlines" in node:
         count = len(list(node["outlines"]))
@@ -332,7 +332,8 @@ def _stored(node: DocumentNode) -> Assembly:
     laws = {name: entries.joint_of(law) for name, law in node["joint_laws"].items()}
     # the law of the contacts that are found here stands for those of the file, which follow
     assembly = Assembly.from_polyhedra(
-        **entries.blocks_of(node), joint=Joint(0.0), **_tolerances(node), recipe=node.given("recipe", _recipe, None),
+        **entries.blocks_of(node), joint=Joint(0.0), **_tolerances(node),
+        recipe=node.given("recipe", _recipe, default=None),
     )
     # of blocks that were turned the stored one is the same but for rounding
     assembly = replace(assembly, tolerance=node["tolerance"].number())

@@ -114,6 +114,7 @@ def read_obj(path: str | Path, *, scale: float = 1.0, up: str = "z") -> Solids:
     names: list[str] = []
     for name, pieces in blocks.items():
         solid = [_solid(points, piece) for piece in pieces.values()]
+        # without groups part-1, part-2 ... closed surfaces apart are blocks of their own
         own = [[s] for s in _bodies(solid[0])] if list(pieces) == [""] else [solid]
         solids += own
         names += [name] if len(own) == 1 else [f"{name}-{k + 1}" for k in range(len(own))]
@@ -198,17 +199,17 @@ def _face(text: str, count: int, where: str) -> tuple[int, ...]:
 
 
 def _named(faces: list[_ObjFace], stem: str) -> Iterable[tuple[str, str, tuple[int, ...]]]:
-    """Block, piece and corners of every face.
+    """Names of block and piece, and corners of every face.
 
-    The piece is "" where the block has one.
+    A block is an object or a group, see the text of the module. The piece is "" where the block has only one.
 
     Parameters
     ----------
     faces : with object and group
     stem : name of the block where the file gives none
     """
-    groups: dict[str | None, set[str | None]] = {}  # of every object
-    objects: dict[str | None, set[str | None]] = {}  # in which a group of that name stands
+    groups: dict[str | None, set[str | None]] = {}  # names of the groups in every object, by its name
+    objects: dict[str | None, set[str | None]] = {}  # names of the objects in which a group of that name stands
     for thing, group, _ in faces:
         groups.setdefault(thing, set()).add(group)
         if group is not None:
@@ -229,9 +230,7 @@ def _named(faces: list[_ObjFace], stem: str) -> Iterable[tuple[str, str, tuple[i
 
 
 def _solid(points: Array, faces: list[tuple[int, ...]]) -> Solid:
-    """A solid with corners numbered on its own.
-
-    Those at exactly the same place become one.
+    """A solid with corners numbered from 0, those at exactly the same place as one.
 
     Parameters
     ----------
@@ -247,7 +246,9 @@ def _solid(points: Array, faces: list[tuple[int, ...]]) -> Solid:
 
 
 def _bodies(solid: Solid) -> list[Solid]:
-    """The bodies of a solid that encloses several, each with its hollows, or the solid itself.
+    """Bodies of a solid that encloses several, each with its hollows.
+
+    Where they cannot be told apart it is the solid itself.
 
     Parameters
     ----------
@@ -256,13 +257,14 @@ def _bodies(solid: Solid) -> list[Solid]:
     vertices, faces = solid
     if any(len(set(f)) < len(f) or len(f) < 3 for f in faces):  # no polygons: refused by name where blocks are made
         return [solid]
-    label = bodies_of_faces(vertices, faces)
+    label = bodies_of_faces(vertices, faces)  # number of the body of every face
     if not label.any():
         return [solid]
     shells = []
     for k in range(label.max() + 1):
         own = [f for f, n in zip(faces, label, strict=True) if n == k]
         used = np.unique(np.concatenate(own))
+        # cones from the mean of the corners to all faces
         volume = sum(_fan(vertices[list(f)] - vertices[used].mean(axis=0)) for f in own)
         shells.append((own, Shell(vertices[used], volume)))
     grouped, lost = with_hollows(shells)

@@ -139,7 +139,7 @@ def clean(
     shapely = need_shapely()
     rings = [_checked(o, n, gap, shapely) for o, n in zip(outlines, labels, strict=True)]
     repeats = _repeats(rings, shapely)
-    changes = [Change(labels[j], f"dropped: the same as {labels[i]}", 0.0) for j, i in repeats.items()]
+    changes = [Change(labels[j], f"dropped: the same as {labels[i]}", size=0.0) for j, i in repeats.items()]
     kept = [i for i in range(len(rings)) if i not in repeats]
     rings, labels = [rings[i] for i in kept], [labels[i] for i in kept]
     if mortar > 0.0:
@@ -209,7 +209,7 @@ def _merged(ring: Array, least: float) -> Array:
 
 
 def _repeats(rings: list[Array], shapely: Any) -> dict[int, int]:
-    """Numbers of the outlines that repeat an earlier one, and those of that.
+    """Numbers of the outlines that repeat an earlier one, with the number of that one.
 
     ``rings`` are all outlines [m], shape (n, 2) each, and ``shapely`` is the module.
     """
@@ -225,7 +225,7 @@ def _repeats(rings: list[Array], shapely: Any) -> dict[int, int]:
 
 
 def _meet_corners(rings: list[Array], gap: float) -> None:
-    """Corners of different outlines within the gap of each other go to their mean.
+    """Corners of different outlines within ``gap`` [m] of each other go to their mean.
 
     Nearest pairs come first. ``rings`` are changed in place [m], shape (n, 2) each.
     """
@@ -296,7 +296,7 @@ def _meet_edges(rings: list[Array], start: list[Array], gap: float, shapely: Any
         share_along = np.einsum("ij,ij->i", at[corner] - begin, along) / np.einsum("ij,ij->i", along, along)
         move = begin + np.clip(share_along, 0.0, 1.0)[:, None] * along - at[corner]
         far = np.linalg.norm(move, axis=1)
-        # of each other outline the nearest edge, and of these the farthest one
+        # of each corner the nearest edge of each other outline: the first pair of both, sorted by distance
         nearest = np.lexsort((far, owner[edge], corner))
         rows = nearest[np.r_[True, (np.diff(corner[nearest]) != 0) | (np.diff(owner[edge][nearest]) != 0)]]
         # no corner goes farther than the gap from where it was drawn
@@ -304,7 +304,7 @@ def _meet_edges(rings: list[Array], start: list[Array], gap: float, shapely: Any
         rows = rows[(far[rows] <= gap) & free[rows]]
         if not len(rows):
             break
-        # of every corner the farthest move counts, which comes last
+        # of the edges that are left to a corner the farthest counts, which comes last
         rows = rows[np.lexsort((far[rows], corner[rows]))]
         rows = rows[np.r_[corner[rows][1:] != corner[rows][:-1], True]]
         at[corner[rows]] += share * move[rows]
@@ -345,8 +345,8 @@ def _contacts(
 def loops(lines: Sequence[ArrayLike], gap: float) -> tuple[list[Array], list[int]]:
     """Outlines that single lines enclose together [m], shape (n, 2) each.
 
-    Also the numbers of the lines that enclose nothing. What is no wider than ``gap`` on average (2 area / perimeter) is
-    no outline, but the space between the lines of two stones.
+    Returned too are the numbers of the lines that enclose nothing. What is no wider than ``gap`` on average (2 area /
+    perimeter) is no outline, but the space between the lines of two stones.
 
     Parameters
     ----------

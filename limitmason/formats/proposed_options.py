@@ -90,14 +90,14 @@ def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
     path : of the drawing
     given : options of ``read_drawing`` that are settled
     """
-    drawn = outlines_of(path, given.get("scale"), None, given.get("layers"))
+    drawn = outlines_of(path, given.get("scale"), gap=None, layers=given.get("layers"))
     why: list[str] = []
     options: dict[str, Any] = {}
     left = _in_others(drawn)
     if left:
         options["layers"] = [n for n in dict.fromkeys(drawn.layers) if n not in left]
         why.append(f"what is drawn on {', '.join(map(repr, left))} lies in stones of other layers")
-        drawn = outlines_of(path, given.get("scale"), None, options["layers"])
+        drawn = outlines_of(path, given.get("scale"), gap=None, layers=options["layers"])
     before = _floating(path, given)
     gaps = open_joints(drawn.outlines)
     wide = gaps[gaps > _OPEN]
@@ -128,9 +128,9 @@ def _proposal(path: Path, given: dict[str, Any]) -> Proposal | None:
 
 
 def _without_loose_layers(path: Path, given: dict[str, Any], drawn: Outlines, best: Proposal | None) -> Proposal | None:
-    """The proposal without layers of which no outline is held.
+    """The proposal without layers whose outlines all float, if fewer blocks float so.
 
-    It is taken if fewer blocks float then. A pipe in an opening is no stone.
+    So a pipe that is drawn in an opening is left out, which is no stone.
 
     Parameters
     ----------

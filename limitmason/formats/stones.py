@@ -59,7 +59,7 @@ class Stones(NamedTuple):
 
 
 class MetStones(NamedTuple):
-    """Stones made to meet, and what that changed, which ``str`` of it says line by line.
+    """Stones made to meet, and what that changed, told line by line by ``str``.
 
     Parameters
     ----------
@@ -118,9 +118,9 @@ class MetStones(NamedTuple):
 def read_stones(
     path: str | Path | Sequence[str | Path], *, scale: float = 1.0, up: str = "z", convexity: float = _CONVEXITY
 ) -> Stones:
-    """Read scanned stones, one from every file.
+    """Read scanned stones, one from every file or body.
 
-    One from every separate body where one file holds all.
+    Separate bodies of a file are told apart where it is the only one.
 
     Parameters
     ----------

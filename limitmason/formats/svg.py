@@ -89,7 +89,10 @@ def read_svg(
     sheet = _style_sheet(root)
     outer = matrix_of(root.get("transform", ""), str(path))
     # the outermost element has the units in which the drawing is read
-    shapes = [s for child in root for s in _shapes(child, outer, None, path, by_id, sheet, _room(root), 1)]
+    shapes = [
+        shape for child in root
+        for shape in _shapes(child, outer, layer=None, path=path, by_id=by_id, sheet=sheet, room=_room(root), depth=1)
+    ]
     shapes = _on_layers(shapes, layers, path)
     if scale is None:
         raise InputError(f"{path}: {_size_text(root, shapes)}; give scale=, the metres per unit (--scale)")
@@ -198,7 +201,10 @@ def _shapes(
 
 
 def _style_sheet(root: ElementTree.Element) -> dict[str, str]:
-    """Declarations of the style sheets in a drawing, by a tag, ".class" or "#id"; other selectors are left out."""
+    """Declarations of the style sheets in a drawing, by a tag, ".class" or "#id".
+
+    Other selectors are left out. ``root`` is the outermost element.
+    """
     out: dict[str, str] = {}
     for style in (e for e in root.iter() if _kind(e) == "style"):
         text = re.sub(r"/\*.*?\*/", "", "".join(style.itertext()), flags=re.DOTALL)
@@ -265,7 +271,7 @@ def _size_text(root: ElementTree.Element, shapes: list[_Shape]) -> str:
     Its reader can tell the scale from that. ``root`` is its outermost element, ``shapes`` what is drawn in it.
     """
     # chords within a unit are near enough for a size that is only shown
-    drawn = [line.points for shape in shapes for line in _lines(shape, 1.0)]
+    drawn = [line.points for shape in shapes for line in _lines(shape, flatness=1.0)]
     width, box = root.get("width", ""), root.get("viewBox", "")
     paper = f", {width} wide on paper" if width and not width.endswith("%") else ""
     if not drawn:

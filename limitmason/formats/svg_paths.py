@@ -230,7 +230,7 @@ def _path(data: str, flatness: float, where: str) -> Iterator[Line]:
         kind = type(segment).__name__
         if kind in ("Move", "Close"):
             if len(points) > 1:
-                yield _line(points, kind == "Close")
+                yield _line(points, closed=kind == "Close")
             # after Close the pen stands where the closed line began: what follows without Move is a new line from there
             points = [segment.end] if kind == "Move" else []
             continue
@@ -239,7 +239,7 @@ def _path(data: str, flatness: float, where: str) -> Iterator[Line]:
             points += [segment.point(t) for t in np.linspace(0.0, 1.0, _chords(segment, flatness) + 1)[1:-1]]
         points.append(segment.end)
     if len(points) > 1:
-        yield _line(points, False)
+        yield _line(points, closed=False)
 
 
 def _line(points: list[complex], closed: bool) -> Line:

@@ -45,7 +45,7 @@ def overlapping_pairs(low: Array, high: Array) -> tuple[Index, Index]:
         levels.append((np.minimum(lo[0::2], lo[1::2]), np.maximum(hi[0::2], hi[1::2])))
     i, j = np.zeros(1, np.intp), np.zeros(1, np.intp)
     for lo, hi in levels[-2::-1]:
-        # a node paired with itself gives both children and their pair; two nodes give four pairs
+        # a node d paired with itself gives both children and their pair; two nodes p and q give four pairs
         same = i == j
         d, (p, q) = i[same], (i[~same], j[~same])
         i = np.concatenate([2 * d, 2 * d, 2 * d + 1, 2 * p, 2 * p, 2 * p + 1, 2 * p + 1])
@@ -60,9 +60,9 @@ def overlapping_pairs(low: Array, high: Array) -> tuple[Index, Index]:
 
 
 def _morton(points: Array) -> NDArray[np.uint64]:
-    """Morton code of every point [m], shape (n, 3): its coordinates bit by bit in turn.
+    """Morton code of every point [m], shape (n, 3): near codes are near places.
 
-    Near codes are near places.
+    A code has the bits of the three coordinates in turn.
     """
     span = max(float(np.ptp(points, axis=0).max()), 1e-300)
     cell = ((points - points.min(axis=0)) / span * (_CELLS - 1)).astype(np.uint64)

@@ -6,7 +6,9 @@ from limitmason.arrays import Array, Flags, Index
 
 
 def clip_convex_batch(subject: Array, n_subject: Index, window: Array, n_window: Index) -> tuple[Array, Index]:
-    """Intersections of m pairs of convex counter-clockwise polygons (Sutherland and Hodgman, 1974).
+    """Intersections of m pairs of convex counter-clockwise polygons.
+
+    One polygon of a pair is clipped by the sides of the other (Sutherland and Hodgman, 1974).
 
     Parameters
     ----------
@@ -65,9 +67,10 @@ def area_perimeter(polygons: Array) -> tuple[Array, Array]:
 
 
 def drop_redundant_vertices(polygons: Array, counts: Index, slack: Array) -> tuple[Array, Index]:
-    """Padded polygons without repeated vertices, nor vertices nearer than their ``slack`` [m] to the line past them.
+    """Padded polygons without repeated vertices, nor vertices that lie on a side.
 
-    Clipping along a shared edge leaves such vertices, one rounding error apart.
+    A vertex is dropped that is nearer than its ``slack`` [m] to the next one, or to the line past it. Clipping along a
+    shared edge leaves such vertices, one rounding error apart.
 
     Parameters
     ----------

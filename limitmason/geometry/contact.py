@@ -63,7 +63,6 @@ class ContactRules:
                 f"{LOOKED_AT_DEG:g} degrees"
             )
 
-
     def as_options(self) -> dict[str, Any]:
         """The rules as the options of ``Assembly.from_polyhedra``."""
         return {
@@ -215,14 +214,12 @@ def candidates(
 
 
 NOTHING, MADE, _CLOSED, _IN_PART, _APART, _OPENS, _TURNED, _NARROW = range(8)
-_KINDS = {
-    _CLOSED: "closed", _IN_PART: "in part", _APART: "apart", _OPENS: "opens", _TURNED: "turned", _NARROW: "narrow",
-}
+_KINDS = dict(enumerate(("closed", "in part", "apart", "opens", "turned", "narrow"), start=_CLOSED))
 CONTACT_CODES = (MADE, _CLOSED, _IN_PART)
 
 
 def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Index:
-    """Code of each pair of faces under the rules, ``MADE``, a kind of doubt or ``NOTHING``, shape (m,).
+    """Code of each pair of faces, (m,): ``MADE``, ``NOTHING`` or a kind of doubt.
 
     Parameters
     ----------
@@ -232,8 +229,8 @@ def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Ind
     """
     pairs, limit = found.pairs, times * found.distance
     low, high = pairs.gap.min(axis=1), pairs.gap.max(axis=1)
-    wide, facing = pairs.width > found.width, pairs.angle_deg <= rules.angle_deg
-    touches, inside = low <= limit, high <= limit
+    wide, facing = pairs.width > found.width, pairs.angle_deg <= rules.angle_deg  # not narrow, nearly parallel
+    touches, inside = low <= limit, high <= limit  # the gap is within the limit somewhere, or everywhere
     code = np.full(len(low), NOTHING, dtype=np.intp)
     code[facing & ~touches & (low <= found.reach)] = _APART
     code[~facing & touches] = _TURNED
@@ -253,7 +250,9 @@ def judged(found: Candidates, rules: ContactRules, *, times: float = 1.0) -> Ind
 
 
 def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, limit: Array) -> Flags:
-    """Wedges of a small angle that touch somewhere, if not here then on another piece of the same two faces, (m,).
+    """Flags of the pairs that are wedges of a small angle and touch somewhere, (m,).
+
+    One that does not touch itself may touch on another piece of the same two faces.
 
     Parameters
     ----------
@@ -275,7 +274,10 @@ def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, li
 
 
 def closed_part(polygon: Array, gap: Array, limit: float) -> Array:
-    """Part of a convex polygon [m], (n, 3), in which a gap given at its corners [m], (n,), stays within a limit [m]."""
+    """Part of a convex polygon in which a gap stays within a limit [m], shape (k, 3).
+
+    The polygon has corners [m], shape (n, 3), at which ``gap`` is given [m], shape (n,); between them it is linear.
+    """
     out = []
     for i in range(len(polygon)):
         j = (i + 1) % len(polygon)
@@ -292,7 +294,7 @@ def closed_part(polygon: Array, gap: Array, limit: float) -> Array:
 
 
 def closed_centres(pairs: FacingPairs, rows: Index) -> Array:
-    """Centroid of the half of the common area where the gap is smaller [m], shape (len(rows), 3).
+    """Centroid of that half of the common area where the gap is smaller [m], (r, 3).
 
     What fills the mouth of a wedge need not reach its edge, so the open half tells less.
 
@@ -332,13 +334,12 @@ def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: In
         around = (low < x).all(axis=1) & (x < high).all(axis=1) & (owner != a[k]) & (owner != b[k])
         for i in np.flatnonzero(around).tolist():
             faces, _ = all_faces([solids[i]])
-            if (faces.normal @ x < faces.offset).all():
-                out[k] = True
+            out[k] |= bool((faces.normal @ x < faces.offset).all())
     return out
 
 
 def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None = None) -> list[DoubtfulContact]:
-    """Near misses and contacts by rule among some rows, the pieces of one pair of faces in one entry.
+    """Near misses and contacts by rule, one entry for all pieces of a pair of faces.
 
     Parameters
     ----------
@@ -372,7 +373,7 @@ def _merge_patches(
     a: Index, b: Index, polygons: list[Array], normals: Array, areas: Array, tolerance: Array, overlaps: list,
     doubts: list[DoubtfulContact],
 ) -> ContactPatches:
-    """Join coplanar patches of one block pair when together they fill their convex hull (faces cut into triangles).
+    """Join coplanar patches of two blocks that together fill their convex hull.
 
     Parameters
     ----------

@@ -111,9 +111,10 @@ _TOO_MANY = (
 def _hollow_edges(solid: Solid, slack: float) -> int:
     """Number of edges at which two faces enclose more than 180 degrees.
 
-    Every part ends at one of them at least.
+    Every part ends at one of them at least. ``slack`` is the distance up to which a corner lies in a plane [m].
     """
     planes = [face_plane(solid.vertices[list(f)]) for f in solid.faces]
+    # number of the face that runs along every edge in either sense
     of_edge = {(f[i - 1], f[i]): k for k, f in enumerate(solid.faces) for i in range(len(f))}
     count = 0
     for (i, j), k in of_edge.items():
@@ -122,12 +123,16 @@ def _hollow_edges(solid: Solid, slack: float) -> int:
         if i < j and (solid.vertices[list(solid.faces[other])] @ normal - offset).max() > slack:
             # a face of another body part may lie above the plane too: only what begins at the edge counts
             along = solid.vertices[j] - solid.vertices[i]
+            # at a hollow edge the normal turns clockwise about the edge from this face to the other
             count += float(np.cross(normal, planes[other][0]) @ along) < 0.0
     return count
 
 
 def is_convex(solids: Sequence[Solid], slack: float) -> Flags:
-    """Whether no vertex lies farther than ``slack`` [m] outside the plane of a face, of each closed solid, (n,)."""
+    """Flags of the closed solids that are convex, shape (n,).
+
+    In a convex solid no vertex lies farther than ``slack`` [m] outside the plane of a face.
+    """
     out = np.ones(len(solids), dtype=bool)
     for faces, members, vertices in group_by_topology(solids):
         for f in faces:
@@ -177,9 +182,9 @@ class _Face:
 def _divided(
     cell: Solid, within: list[tuple[int, Array]], faces: Sequence[_Face], slack: float
 ) -> list[tuple[Solid, list[tuple[int, Array]]]]:
-    """Cells on both sides of the plane of a face, one or two, each with the pieces of faces within it.
+    """Parts of a cell below and above the plane of a face, with the faces in each.
 
-    It is the plane that cuts fewest other faces, of these that of the largest area.
+    The plane is that which cuts fewest other faces, and of these that of the largest area.
 
     Parameters
     ----------
@@ -191,7 +196,7 @@ def _divided(
     numbers = sorted({k for k, _ in within})
     normals = np.array([faces[k].normal for k in numbers])
     points = np.concatenate([p for _, p in within])
-    first = np.cumsum([0, *(len(p) for _, p in within[:-1])])  # corner of every piece
+    first = np.cumsum([0, *(len(p) for _, p in within[:-1])])  # row of the first corner of every piece
     offsets = np.array([faces[k].point @ faces[k].normal for k in numbers])
     height = points @ normals.T - offsets  # of every corner above every plane [m]
     # a face whose corners lie on both sides of a plane is cut by it
@@ -229,7 +234,10 @@ def _winding(point: Array, triangles: Array) -> float:
 
 
 def _joined(parts: list[Solid], slack: float) -> list[Solid]:
-    """Parts of which none two have a convex union, joined largest common face first."""
+    """Parts of which no two have a convex union, made of ``parts``.
+
+    Those with the largest common face are joined first. ``slack`` is the distance up to which corners are one [m].
+    """
     present = dict(enumerate(parts))
     candidates = _unions(present, [(i, j) for i in present for j in present if i < j], slack)
     number = len(parts)
@@ -246,11 +254,13 @@ def _joined(parts: list[Solid], slack: float) -> list[Solid]:
 def _unions(
     parts: dict[int, Solid], pairs: list[tuple[int, int]], slack: float
 ) -> dict[tuple[int, int], tuple[float, Solid]]:
-    """Pairs of parts with a convex union: area of the face they share [m2], and the union.
+    """Pairs of parts with a convex union: area of their common face [m2], and the union.
 
     Parameters
     ----------
+    parts : by number
     pairs : numbers of parts to try
+    slack : distance up to which corners are one [m]
     """
     out = {}
     for i, j in pairs:
@@ -262,7 +272,10 @@ def _unions(
 
 
 def _common_face(a: Solid, b: Solid, slack: float) -> float:
-    """Area of a face that two parts share corner by corner [m2], zero without one."""
+    """Area of a face that two parts share corner by corner [m2], zero without one.
+
+    Corners within a few times ``slack`` [m] are one.
+    """
     for f in a.faces:
         for g in b.faces:
             if len(f) != len(g):
@@ -275,7 +288,11 @@ def _common_face(a: Solid, b: Solid, slack: float) -> float:
 
 
 def _union(a: Solid, b: Solid, slack: float) -> Solid | None:
-    """Both parts as one, where that is convex: what lies below the planes of either that have both below them."""
+    """Union of two convex parts where it is convex, else None.
+
+    It is then what lies below those planes of their faces that have both parts below them, to a few times ``slack``
+    [m].
+    """
     points = np.vstack([a.vertices, b.vertices])
     planes: list[tuple[Array, float]] = []
     for part in (a, b):
@@ -303,7 +320,8 @@ def _refuse_several_bodies(parts: list[Solid], slack: float) -> None:
 def _touch(a: Solid, b: Solid, slack: float) -> bool:
     """Whether two parts that do not overlap share part of a face.
 
-    Planes of a in which b begins are clipped by both.
+    Faces of a in whose plane b begins are clipped by the faces of b. ``slack`` is the distance from a plane up to which
+    a corner lies in it [m].
     """
     for f in a.faces:
         n, d = face_plane(a.vertices[list(f)])
@@ -316,7 +334,7 @@ def _touch(a: Solid, b: Solid, slack: float) -> bool:
             # the face of b in this plane, and that on its far side, cut nothing off
             if abs(side @ n) > 1.0 - _PARALLEL or common is None:
                 continue
-            common = split_polygon(common, distance * side, side, slack)[0]
+            common, _ = split_polygon(common, distance * side, side, slack)  # what lies below, on the side of b
         if common is not None and area_in_space(common) > slack * float(np.ptp(common)):
             return True
     return False

@@ -41,7 +41,7 @@ def corners_of_half_spaces(normal: Array, offset: Array, inner: Array) -> Array:
 
 
 def nearest_in_hull(points: Array, w: Array, rays: Array | None = None) -> Array:
-    """The point of a convex hull, and of what rays add to it, that is nearest to w by least squares, shape (k,).
+    """The point of a convex hull, widened by rays, that is nearest to w, shape (k,).
 
     Parameters
     ----------
@@ -60,7 +60,8 @@ def nearest_in_hull(points: Array, w: Array, rays: Array | None = None) -> Array
 
 
 def extreme_rays(rays: Array) -> Array:
-    """Unit rays, shape (r, k), that are no sum of the others."""
+    """Those of unit rays, shape (r, k), that are no positive sum of others."""
+    # nnls gives the distance that is left to the nearest such sum
     return rays[_needed(len(rays), lambda i, rest: nnls(rays[rest].T, rays[i])[1] < _RAYS_ALIKE)]
 
 
@@ -74,11 +75,13 @@ def extreme_points(points: Array) -> list[int]:
 
 
 def _needed(count: int, made_of: Callable[[int, list[int]], bool]) -> list[int]:
-    """Those of ``count`` things that the others do not make, taken out one by one.
+    """Numbers of those of ``count`` things that cannot be made of the others.
+
+    Those that can are taken out one by one.
 
     Parameters
     ----------
-    made_of : whether one is made of a list of others
+    made_of : whether the thing of a number can be made of those of a list of numbers
     """
     kept = list(range(count))
     for i in range(count):

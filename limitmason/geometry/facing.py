@@ -113,7 +113,10 @@ def facing_pairs(
 
 
 def all_faces(solids: Sequence[Solid]) -> tuple[Faces, Index]:
-    """All faces, and the row of each solid's first one with the total at the end, shape (solids + 1,)."""
+    """All faces of all solids, and the row of each solid's first one.
+
+    The rows have the total at the end, shape (solids + 1,).
+    """
     widest = max(len(f) for s in {s.faces: s for s in solids}.values() for f in s.faces)
     n_faces = np.array([len(s.faces) for s in solids])
     start = np.concatenate([[0], np.cumsum(n_faces)])
@@ -133,7 +136,9 @@ def all_faces(solids: Sequence[Solid]) -> tuple[Faces, Index]:
 def _face_pairs(
     faces: Faces, start: Index, p: Index, q: Index, reach: Array, facing: float
 ) -> tuple[Index, Index, Index]:
-    """Faces of every pair of solids with opposite normals whose boxes are within reach, and the pair they are of.
+    """Pairs of faces with opposite normals whose boxes are within reach.
+
+    Every face of one solid of a pair is set beside every face of the other.
 
     Parameters
     ----------
@@ -163,7 +168,9 @@ def _face_pairs(
 
 
 def _left_packed(reversed_corners: Array, count: Index) -> Array:
-    """Corners of reversed padded rows moved to the left, in the same form: the padding came first after the reversal.
+    """Corners of reversed rows with their padding behind them again, in the same form.
+
+    The reversal has brought the padding to the front.
 
     Parameters
     ----------

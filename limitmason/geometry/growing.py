@@ -53,7 +53,7 @@ class Grown(NamedTuple):
 def grown(
     stones: Sequence[Array], reach: float, against: Sequence[Solid] = (), names: Sequence[str] | None = None
 ) -> Grown:
-    """Grow convex stones until they meet their neighbours half-way, and cut them where they overlap.
+    """Grow convex stones until they meet half-way, and cut them where they overlap.
 
     Each pair nearer than twice the reach is parted by a plane: across the shortest distance between them, in its
     middle; where they overlap, that of least overlap among their faces. A stone is what lies on its side of all its
@@ -144,7 +144,9 @@ def _planes(points: Array) -> tuple[Array, Array]:
 
 
 def _inside(normals: Array, offsets: Array, points: Array, margin: float = 0.0) -> Solid:
-    """What lies below all planes, in a box that is larger than the points by their size and a margin [m].
+    """What lies below all planes, within a box around some points.
+
+    The box is larger than the points by their size and a margin.
 
     Parameters
     ----------
@@ -161,7 +163,9 @@ def _inside(normals: Array, offsets: Array, points: Array, margin: float = 0.0) 
 
 
 def _between(i: int, j: int, solids: Sequence[Solid], *, held: bool) -> Gap:
-    """The plane that parts two convex solids: a face of the second where that is ``held`` and keeps its shape.
+    """The plane that parts two convex solids, across the widest gap between them.
+
+    Where the second is ``held`` it is the plane of one of its faces, since that solid keeps its shape.
 
     Parameters
     ----------

@@ -22,7 +22,9 @@ PARALLEL_EDGES = 1e-6
 
 
 def near_pairs(solids: Sequence[Solid], owner: Index, reach: Array) -> tuple[Index, Index]:
-    """Pairs of solids of different owners whose boxes are within the smaller reach of the two owners [m].
+    """Pairs of solids of different owners whose boxes are near each other.
+
+    They are near within the smaller reach of the two owners.
 
     Parameters
     ----------
@@ -47,7 +49,9 @@ def near_pairs(solids: Sequence[Solid], owner: Index, reach: Array) -> tuple[Ind
 def penetrations(
     solids: Sequence[Solid], owner: Index, faces: Faces, start: Index, p: Index, q: Index, tolerance: Array
 ) -> list[tuple[int, int, float]]:
-    """Owners of convex pieces that overlap deeper than a tolerance (separating axis theorem), and how deep.
+    """Owners of convex pieces that overlap deeper than a tolerance, and how deep.
+
+    The depth is the least overlap along normals of faces and across pairs of edges (separating axis theorem).
 
     Parameters
     ----------
@@ -73,7 +77,7 @@ def penetrations(
 def touching_edges(
     solids: Sequence[Solid], owner: Index, tolerance: Array, widths: Array, carried: set[tuple[int, int]]
 ) -> list[tuple[int, int, str, Array]]:
-    """Owners that touch along a line or at a point only: what no contact of faces carries.
+    """Owners that touch along a line or at a point only, where no force passes.
 
     Parameters
     ----------
@@ -108,7 +112,7 @@ def touching_edges(
 
 
 def _shared_points(solids: Sequence[Solid], faces: Faces, start: Index, i: int, j: int, slack: float) -> Array:
-    """Points common to two touching pieces: corners of each within the other, and of edges where they enter it.
+    """Points common to two touching pieces, from the edges of each within the other.
 
     Parameters
     ----------
@@ -142,13 +146,13 @@ def _shared_points(solids: Sequence[Solid], faces: Faces, start: Index, i: int, 
 
 
 def _face_axes_depth(solids: Sequence[Solid], faces: Faces, start: Index, p: Index, q: Index) -> Array:
-    """Least overlap of pairs of pieces along the normals of their faces [m], shape (m,).
+    """Least overlap of pairs of pieces along the normals of their faces [m], (m,).
 
     It is negative where a plane separates them.
 
     Parameters
     ----------
-    faces : of all pieces
+    solids, faces : all pieces, and the faces of all
     start : first face of every piece, shape (pieces + 1,)
     p, q : numbers of the pieces of every pair, shape (m,)
     """
@@ -170,7 +174,10 @@ def _face_axes_depth(solids: Sequence[Solid], faces: Faces, start: Index, p: Ind
 
 
 def _edge_axes_depth(a: Solid, b: Solid) -> float:
-    """Least overlap of two solids along the cross products of their edges [m], infinite where all are parallel."""
+    """Least overlap of two solids along the cross products of their edges [m].
+
+    It is infinite where all edges are parallel.
+    """
     def edges(s: Solid) -> Array:
         """Unit vectors along the edges of a solid, each twice, shape (e, 3)."""
         e = np.array([s.vertices[f[(k + 1) % len(f)]] - s.vertices[f[k]] for f in s.faces for k in range(len(f))])

@@ -91,7 +91,7 @@ def centroid_in_space(corners: Array) -> Array:
 
 
 def clean_outline(outline: ArrayLike, tolerance: float) -> Array:
-    """Counter-clockwise outline without repeated or collinear vertices [m], shape (k, 2).
+    """Counter-clockwise outline without repeated or collinear vertices [m], (k, 2).
 
     Parameters
     ----------
@@ -166,7 +166,9 @@ def convex_pieces(polygon: ArrayLike) -> list[Array]:
 
 
 def joined_in_pairs(items: list[T], join: Callable[[T, T], T | None]) -> list[T]:
-    """Items of which no two can be joined: the first pair that can is made one, in its first place, and so on.
+    """Items joined in pairs until no two can be.
+
+    The first pair that can be joined is made one, in the place of its first, and so on.
 
     Parameters
     ----------
@@ -187,7 +189,10 @@ def _turn(a: Array, b: Array, c: Array) -> float:
 
 
 def _is_convex(p: Array, indices: Iterable[int]) -> bool:
-    """Whether the corners ``indices`` of p (n, 2), in this order, make a convex polygon, straight corners too."""
+    """Whether corners of a set, in the order of their numbers, make a convex polygon.
+
+    The set is ``p`` [m], shape (n, 2); ``indices`` are the numbers. A straight corner counts as convex.
+    """
     q = p[list(indices)]
     e = np.roll(q, -1, axis=0) - q
     f = np.roll(e, -1, axis=0)
@@ -196,7 +201,10 @@ def _is_convex(p: Array, indices: Iterable[int]) -> bool:
 
 
 def _ears(p: Array) -> list[tuple[int, int, int]]:
-    """Triangles of a simple polygon p (n, 2), counter-clockwise, by cutting off its ears, as numbers of corners."""
+    """Triangles that tile a simple polygon, as numbers of its corners.
+
+    Ears of the polygon ``p``, shape (n, 2), counter-clockwise, are cut off one by one.
+    """
     remaining = list(range(len(p)))
     triangles = []
     while len(remaining) > 3:
@@ -262,6 +270,7 @@ def clip_convex(subject: ArrayLike, window: ArrayLike) -> Array:
     for a, b in zip(w, np.roll(w, -1, axis=0), strict=True):
         if not len(p):
             break
+        # positive for corners left of the edge from a to b, which is inside the window
         d = (b[0] - a[0]) * (p[:, 1] - a[1]) - (b[1] - a[1]) * (p[:, 0] - a[0])
         out = []
         for i in range(len(p)):

@@ -49,7 +49,10 @@ def box(low: ArrayLike, high: ArrayLike) -> Solid:
 
 
 def prism(outline: ArrayLike, y0: float, y1: float) -> Solid:
-    """Prism between y0 < y1 [m] over a convex counter-clockwise outline in x-z [m], shape (n, 2)."""
+    """Prism between y0 < y1 [m] over a convex outline in x-z.
+
+    Corners of ``outline`` run counter-clockwise [m], shape (n, 2).
+    """
     p = np.asarray(outline, dtype=float)
     n = len(p)
     front = np.column_stack([p[:, 0], np.full(n, y0), p[:, 1]])
@@ -62,7 +65,8 @@ def prism(outline: ArrayLike, y0: float, y1: float) -> Solid:
 def group_by_topology(solids: Sequence[Solid]) -> list[tuple[Faces, Index, Array]]:
     """Solids of equal vertex count and faces stacked together.
 
-    Of every group of k solids with n vertices the faces, the numbers of the solids, (k,), and vertices [m], (k, n, 3).
+    Returned for every group of k solids with n vertices are its faces, the numbers of the solids, shape (k,), and their
+    vertices [m], shape (k, n, 3).
     """
     groups: dict[tuple[int, Faces], list[int]] = {}
     for i, solid in enumerate(solids):
@@ -115,7 +119,9 @@ def steiner(arm: Array) -> Array:
 
 
 def check_closed(solids: Sequence[Solid], names: Sequence[str]) -> None:
-    """Refuse faces without three distinct vertices and solids that are open or of mixed orientation.
+    """Refuse solids that are open, of mixed orientation, or with faces that are none.
+
+    A face has three distinct vertices or more.
 
     Parameters
     ----------
@@ -146,7 +152,7 @@ def check_closed(solids: Sequence[Solid], names: Sequence[str]) -> None:
 
 
 def check_solids(solids: Sequence[Solid], names: Sequence[str], flatness: float) -> None:
-    """Refuse closed solids that are inverted, flat, not convex, or whose faces are not plane.
+    """Refuse closed solids that are inverted, flat or not convex, or have bent faces.
 
     Parameters
     ----------
@@ -208,8 +214,9 @@ def face_plane(corners: Array) -> tuple[Array, float]:
 
 
 def least_widths(blocks: Sequence[Sequence[Solid]]) -> Array:
-    """Smallest distance between two planes parallel to a face that hold a block [m], shape (n,).
+    """Least width of every block [m], shape (n,).
 
+    It is the smallest distance between two planes parallel to a face that hold the block between them.
     Unlike the sides of its box it does not change when the block is turned.
 
     Parameters

@@ -52,23 +52,25 @@ def bodies_of_triangles(corners: Array, triangles: Index, *, whole: bool) -> lis
 
 
 def bodies_of_faces(corners: Array, faces: Index | Sequence[Sequence[int]]) -> Index:
-    """Number of the body of every face, counted from 0 in the order of their first faces, shape (m,).
+    """Number of the body of every face, shape (m,).
+
+    Bodies are counted from 0 in the order of their first faces.
 
     Parameters
     ----------
     corners : [m], shape (n, 3)
     faces : plane, counter-clockwise from outside, by number of the corners
     """
-    owner = np.repeat(np.arange(len(faces)), [len(f) for f in faces])
+    owner = np.repeat(np.arange(len(faces)), [len(f) for f in faces])  # number of the face of every side
     if isinstance(faces, np.ndarray):
         sides = np.stack([np.roll(faces, 1, axis=1), faces], axis=-1).reshape(-1, 2)
     else:
         sides = np.array([(f[k - 1], f[k]) for f in faces for k in range(len(f))], dtype=np.intp)
     two, more = _edges(sides)
-    pairs = [owner[two]]
+    pairs = [owner[two]]  # faces of one body: both at an edge of two, and at an edge of more those with a body between
     for at in more:
         forward = sides[at, 0] < sides[at, 1]
-        if 2 * forward.sum() == len(at):
+        if 2 * forward.sum() == len(at):  # as many sides run either way: bodies can be closed here
             first, last = np.sort(sides[at[0]])
             axis = corners[last] - corners[first]
             # into a face: to the left of its side, seen from outside
@@ -79,7 +81,7 @@ def bodies_of_faces(corners: Array, faces: Index | Sequence[Sequence[int]]) -> I
             pairs.append(owner[np.column_stack([np.full(len(at) - 1, at[0]), at[1:]])])
     label = _pieces(np.vstack(pairs), len(faces))
     first = np.unique(label, return_index=True)[1]
-    return np.asarray(np.argsort(np.argsort(first))[label])
+    return np.asarray(np.argsort(np.argsort(first))[label])  # sorted twice, first faces become their ranks
 
 
 def _normal(corners: Array) -> Array:
@@ -88,13 +90,18 @@ def _normal(corners: Array) -> Array:
 
 
 def with_hollows(shells: Sequence[tuple[T, Shell]]) -> tuple[list[list[T]], T | None]:
-    """Outer surfaces, each with the hollows in it, and a hollow that lies in none, if there is one.
+    """Outer surfaces, each with the hollows in it, and a hollow that lies in none.
 
     Faces of a hollow run the other way, so that its volume is negative. Where all run so nothing is hollow.
 
     Parameters
     ----------
-    shells : what each is, and its surface
+    shells : an object of the caller that stands for each, and its surface
+
+    Returns
+    -------
+    groups : objects of every outer surface and of the hollows in it
+    lost : object of a hollow that lies in no outer surface, None where there is none
     """
     outer = [s for s in shells if s[1].volume >= 0.0] or list(shells)
     out = [[what] for what, _ in outer]
@@ -130,12 +137,18 @@ def _one_at_a_place(corners: Array) -> Index:
 
 
 def _edges(sides: Index) -> tuple[Index, list[Index]]:
-    """Sides that are one edge, by number: pairs where it has two, shape (k, 2), and a list of those that have more.
+    """Sides of faces that lie on one edge, by their numbers.
 
     Parameters
     ----------
-    sides : pairs of corners, shape (n, 2)
+    sides : the two corners of every side, shape (n, 2)
+
+    Returns
+    -------
+    two : both sides of every edge that has two, shape (k, 2)
+    more : the sides of every edge that has more than two
     """
+    # sorted by corners, sides of one edge stand together; ends are the places where the next edge begins
     low, high = sides.min(axis=1), sides.max(axis=1)
     order = np.lexsort((high, low))
     new = (np.diff(low[order]) != 0) | (np.diff(high[order]) != 0)
@@ -147,7 +160,9 @@ def _edges(sides: Index) -> tuple[Index, list[Index]]:
 
 
 def _wedges(axis: Array, arms: Array, forward: Any) -> Iterator[tuple[int, int]]:
-    """Pairs of faces at an edge with a body between them, like brackets about the edge.
+    """Pairs of faces at an edge with a body between them, by their numbers.
+
+    Faces about the edge open and close bodies as brackets do.
 
     Parameters
     ----------
@@ -156,12 +171,14 @@ def _wedges(axis: Array, arms: Array, forward: Any) -> Iterator[tuple[int, int]]
     forward : whether each face, counter-clockwise from outside, runs along the axis, shape (k,); a body then lies
         behind it in the sense of a right-handed turn about the axis, else before it
     """
+    # angle of every face about the edge, from the first
     across = np.cross(axis, arms[0])
     turn = np.arctan2(arms @ across * np.linalg.norm(axis), arms @ np.cross(across, axis))
     turn = (turn + _ONE_ANGLE) % (2.0 * np.pi)  # those on the first do not come last
     order = np.argsort(turn)
     group = np.cumsum(np.r_[0, np.diff(turn[order]) > _ONE_ANGLE])  # faces on each other
     order = order[np.lexsort((~forward[order], group))]  # of these the body behind ends before the next begins
+    # a face that runs backward opens a body, one that runs forward closes it: begin where fewest are open
     depth = np.cumsum(np.where(forward[order], -1, 1))
     open_faces: list[int] = []
     for k in np.roll(order, -int(np.argmin(depth)) - 1):
@@ -172,10 +189,10 @@ def _wedges(axis: Array, arms: Array, forward: Any) -> Iterator[tuple[int, int]]
 
 
 def filled(corners: Array, triangles: Index) -> float:
-    """Volume of a body [m3] that does not hang on the senses of its faces, which scans often mix.
+    """Volume of a body [m3], whatever the senses of its faces.
 
-    Faces that share an edge are turned alike, each piece of them that was mixed outwards. What is missing of an open
-    body is missing here: the cone from the mean of the corners to it.
+    Scans often mix these. Faces that share an edge are turned alike, each piece of them that was mixed outwards.
+    What is missing of an open body is missing here: the cone from the mean of the corners to it.
 
     Parameters
     ----------
@@ -184,17 +201,20 @@ def filled(corners: Array, triangles: Index) -> float:
     """
     m = len(triangles)
     sides = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    two = _edges(sides)[0]
+    two, _ = _edges(sides)
+    # pairs of faces that share an edge, each once; side s is of face s % m
     pairs, one = np.unique(np.sort(two % m, axis=1), axis=0, return_index=True)
     against = (sides[two[:, 0], 0] == sides[two[:, 1], 0])[one]  # both run alike: one of the faces is turned over
     piece = _pieces(pairs, m)
     first = np.unique(piece, return_index=True)[1]
-    # from the first face of each piece on along the shortest ways, so that a fault of the mesh turns few faces: of a
-    # tree from a face m of none, with a number m + 1 on for every face turned over
+    # a tree along the shortest ways from the first face of each piece, so that a fault of the mesh turns few faces;
+    # its root m stands for no face and is linked to all first faces
     links = np.vstack([pairs, np.column_stack([first, np.full(len(first), m)])])
     before = breadth_first_order(coo_array((np.ones(len(links)), links.T), shape=(m + 1, m + 1)), m, directed=False)[1]
     later = np.flatnonzero(before[:m] != m)
     tree = np.sort(np.column_stack([before[later], later]), axis=1)
+    # two copies of every face, k as it is and k + m + 1 turned over: a pair that runs alike links unlike copies,
+    # another like ones. A face that hangs together with the first of its piece keeps its sense, else it is turned
     over = against[np.searchsorted(pairs @ [m, 1], tree @ [m, 1])] * (m + 1)
     sheet = _pieces(
         np.vstack([tree + np.outer(over, [0, 1]), tree + np.outer(m + 1 - over, [0, 1]) + [m + 1, 0]]), 2 * (m + 1)

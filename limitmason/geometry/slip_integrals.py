@@ -12,6 +12,8 @@ FAR = 1e3
 def slip_integrals(corners: Array, start: Index, sliding: Array, spin: Array) -> Array:
     """Integral of |s| over polygons, s(x) = sliding + spin (-x_2, x_1).
 
+    s_c is s at the centroid, from which x is measured.
+
     Parameters
     ----------
     corners : of all polygons in a row, counter-clockwise, from each one's own centroid [m], shape (sum, 2)
@@ -36,11 +38,11 @@ def slip_integrals(corners: Array, start: Index, sliding: Array, spin: Array) ->
     size = np.zeros(k)
     np.maximum.at(size, owner, np.linalg.norm(q, axis=1))
     speed = np.linalg.norm(sliding, axis=1)
-    far = speed >= FAR * np.abs(spin) * size
+    far = speed >= FAR * np.abs(spin) * size  # the centre of rotation, at speed / spin, lies far beyond the polygon
     turning = np.where(far, 1.0, spin)  # any number but zero where the series is taken
     # far: |s| = |s_c| + first order (no integral) + spin^2 (x . s_c)^2 / (2 |s_c|^3)
     along = sliding / np.maximum(speed, 1e-300)[:, None]
-    u, v = (q * along[owner]).sum(axis=1), (r * along[owner]).sum(axis=1)
+    u, v = (q * along[owner]).sum(axis=1), (r * along[owner]).sum(axis=1)  # ends of every side along s_c [m]
     second = np.bincount(owner, cross * (u * u + u * v + v * v) / 12.0, k)
     series = area * speed + 0.5 * spin**2 * second / np.maximum(speed, 1e-300)
     # near: triangles between every edge and the centre of rotation

@@ -9,7 +9,9 @@ from limitmason.geometry.polyhedron import Solid, box
 
 
 def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> tuple[Array | None, Array | None]:
-    """Parts of a convex polygon in space below and above a plane, (k, 3) [m], or None for one thinner than ``slack``.
+    """Parts of a convex polygon in space below and above a plane [m], shape (k, 3).
+
+    A part that is thinner than ``slack`` is None.
 
     Parameters
     ----------
@@ -39,10 +41,10 @@ def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> 
 
 
 def split_solid(solid: Solid, point: Array, normal: Array, slack: float) -> tuple[Solid | None, Solid | None, Array]:
-    """Parts of a convex polyhedron below and above a plane, and the polygon between them [m], shape (n, 3).
+    """Parts of a convex polyhedron below and above a plane, and the polygon between.
 
-    The polygon is counter-clockwise seen against the normal, and empty where the plane misses the inside. A part that
-    is thinner than ``slack`` is None.
+    The polygon [m], shape (n, 3), is counter-clockwise seen against the normal, and empty where the plane misses the
+    inside. A part that is thinner than ``slack`` is None.
 
     Parameters
     ----------
@@ -104,7 +106,7 @@ def _solid(places: Array, faces: list[list[int]]) -> Solid:
 def below_planes(
     planes: Iterable[tuple[Array, float]], points: Array, slack: float, *, margin: float = 0.0
 ) -> Solid | None:
-    """What lies below all planes of a box around some points, or None where nothing does.
+    """What of a box around some points lies below all planes, None where nothing does.
 
     Parameters
     ----------
@@ -118,5 +120,5 @@ def below_planes(
     for normal, offset in planes:
         if solid is None:
             return None
-        solid = split_solid(solid, offset * normal, normal, slack)[0]
+        solid, _, _ = split_solid(solid, offset * normal, normal, slack)
     return solid

@@ -67,9 +67,9 @@ class AppliedForces(NamedTuple):
 
 
 def linear_integrals(polygon: Array, normal: Array, value: Array) -> tuple[float, Array]:
-    """Integrals of a linear value over a plane polygon.
+    """Integrals of a value v, linear in x, over a plane polygon: v and v (x - x_0).
 
-    Of the value [m2], and of (x - first corner) times it [m3], shape (3,).
+    They are in m2 and in m3, shape (3,); x_0 is the first corner.
 
     Parameters
     ----------

@@ -89,7 +89,8 @@ def with_ties(
 ) -> AssemblyArrays:
     """Arrays with a row per tie after those of the interfaces, see ``Assembly.links``.
 
-    Corners stay those of faces.
+    A tie reads as a point of 1 m2 that its tension presses. The normal runs from b to a, the strength is compressive,
+    and there is no friction. Corners stay those of faces.
 
     Parameters
     ----------

@@ -69,9 +69,8 @@ def backfill_forces(
         for sign, polygon, normal in surfaces:
             if normal[2] <= _UP:
                 continue
-            below = split_polygon(polygon, np.array([0.0, 0.0, top]), np.array([0.0, 0.0, 1.0]), 0.0)[0]
-            # the whole face is above the fill
-            if below is None:
+            below, _ = split_polygon(polygon, np.array([0.0, 0.0, top]), np.array([0.0, 0.0, 1.0]), slack=0.0)
+            if below is None:  # the whole face is above the fill
                 continue
             loaded, inclined = True, inclined or bool(np.hypot(normal[0], normal[1]) > _UP)
             traction = -sign * rho * GRAVITY * np.array([k * normal[0], k * normal[1], normal[2]])

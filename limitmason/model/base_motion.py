@@ -140,11 +140,9 @@ class BaseMotion(Displayed, Stage):
         return (d / np.linalg.norm(d))[None]
 
     def left_over(self) -> tuple[Array, bool]:
-        """Velocity at the end of the record [m/s], shape (3,).
+        """Velocity at the end of the record [m/s], shape (3,), and whether it matters.
 
-        And whether it is noticeable.
-
-        That is more than a hundredth of the largest.
+        It matters where it is more than a hundredth of the largest.
         """
         a = self._components
         # trapezes are exact: the record is linear between samples
@@ -250,7 +248,7 @@ def _read_columns(
             if bare and units is None:
                 words = f"is {bare[0]!r} in a unit? write that in brackets, or give units="
                 raise InputError(f"{path}, line {number}: {words}") from None
-            clock = _unit(cells, 0, _TIMES) or clock
+            clock = _unit(cells, column=0, known=_TIMES) or clock
             if clock not in _TIMES:
                 raise InputError(f"{path}, line {number}: time in {clock!r}; it is read in s or ms") from None
             continue

@@ -66,7 +66,7 @@ class Block(ReadOnly):
         part = mass_properties(self.parts)
         volume = float(part.volume.sum())
         centroid = (part.volume[:, None] * part.centroid).sum(axis=0) / volume
-        arm = part.centroid - centroid
+        arm = part.centroid - centroid  # by which the parallel axes theorem moves the inertia of each part
         return volume, frozen(centroid), frozen((part.inertia + part.volume[:, None, None] * steiner(arm)).sum(axis=0))
 
     def __repr__(self) -> str:

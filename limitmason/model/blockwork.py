@@ -124,7 +124,7 @@ class Blockwork(ReadOnly):
         centroid = np.stack(
             [np.bincount(owner, part.volume * part.centroid[:, k], self.n_blocks) / volume for k in range(3)], axis=1
         )
-        arm = part.centroid - centroid[owner]
+        arm = part.centroid - centroid[owner]  # by which the parallel axes theorem moves the inertia of each part
         inertia = np.zeros((self.n_blocks, 3, 3))
         np.add.at(inertia, owner, part.inertia + part.volume[:, None, None] * steiner(arm))
         return frozen((volume, centroid, inertia))

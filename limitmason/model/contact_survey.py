@@ -131,17 +131,21 @@ def _search(pieces: BlockPieces, near: Array, reach: Array, rules: ContactRules,
 
 
 def _within(found: Candidates, reach: Array, angle_deg: float) -> Candidates:
-    """The candidates up to a gap per block [m], shape (n_blocks,), and an angle [deg]."""
+    """The candidates up to a gap per block [m], shape (n_blocks,), and an angle [deg].
+
+    ``reach`` is that gap.
+    """
     # of two blocks the smaller gap counts
     far = np.minimum(reach[found.a], reach[found.b])
     keep = (found.pairs.gap.min(axis=1) <= far) & (found.pairs.angle_deg <= angle_deg)
+    # the first field are the pairs of faces, the others have a row for each
     return Candidates(found.pairs.rows(keep), *(column[keep] for column in found._replace(reach=far)[1:]))
 
 
 def _filled(found: Candidates, rows: Index, pieces: BlockPieces) -> Flags:
-    """Whether another block fills the space between two faces.
+    """Whether another block fills the space between two faces, shape (len(rows),).
 
-    One answer for the candidates in each of some rows.
+    ``rows`` are numbers of the candidates that are asked for.
     """
     return contact.filled(
         contact.closed_centres(found.pairs, rows), found.a[rows], found.b[rows], pieces.solids, pieces.owner
@@ -153,7 +157,7 @@ def _would_add(
 ) -> tuple[tuple[str, int], ...]:
     """How many more pairs of faces would be contacts if one tolerance were wider.
 
-    Returned are what is widened, in words, and the number of pairs.
+    One tolerance after the other is widened; returned are which, in words, and the number of pairs.
 
     Parameters
     ----------

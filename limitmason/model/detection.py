@@ -35,7 +35,7 @@ class ContactWarning(PlausibilityWarning):
 class BlockPieces(NamedTuple):
     """Convex pieces of all blocks in a row.
 
-    And the number of the block of each, and the least width of every block [m].
+    ``owner`` is the number of the block of each, and ``widths`` are the least widths of the blocks [m].
     """
 
     solids: list[Solid]
@@ -62,11 +62,9 @@ def closed_pieces(blocks: Sequence[Block]) -> BlockPieces:
 def with_convex_parts(
     blocks: Sequence[Block], pieces: BlockPieces, flatness: float
 ) -> tuple[tuple[Block, ...], BlockPieces]:
-    """Blocks and their pieces, divided into convex parts where they are not.
+    """Blocks and their pieces, those that are not convex divided into convex parts.
 
-    They stay one rigid body each.
-
-    What is open to doubt beside, such as faces that are not plane, is left for :func:`detect` to refuse.
+    A block stays one rigid body. Other faults, such as faces that are not plane, are left for :func:`detect` to refuse.
 
     Parameters
     ----------
@@ -250,10 +248,7 @@ def length_text(length: float) -> str:
 
 
 def doubt_text(doubt: DoubtfulContact, blocks: Sequence[Block]) -> str:
-    """Names, gap and angle of two faces in words.
-
-    Of a narrow contact the width too.
-    """
+    """Names, gap and angle of two faces in words, and of a narrow contact its width."""
     # a least gap that is rounding beside the largest is told as 0, and a gap even to 1 % as one number
     low, high = (0.0 if abs(g) < 1e-6 * abs(doubt.gap[1]) else g for g in doubt.gap)
     gap = length_text(high) if high - low <= 0.01 * abs(high) else f"{length_text(low)} to {length_text(high)}"
@@ -385,7 +380,7 @@ def moved_doubts(
 def renumbered_doubts(doubts: Iterable[DoubtfulContact], new: Index) -> tuple[DoubtfulContact, ...]:
     """Doubts of an assembly whose block i is now block ``new[i]``.
 
-    They are sorted by pair with a < b, as they are found.
+    As when they are found, they are sorted by their pair of blocks, a < b.
     """
     out = []
     for d in doubts:

@@ -65,7 +65,7 @@ class Fingerprint(ReadOnly):
         """
         out: dict[str, Table] = {
             "block: name": np.array([b.name for b in blocks], dtype=str),
-            "block: shape": _rows([b.vertices for b in blocks], 3),
+            "block: shape": _rows([b.vertices for b in blocks], width=3),
             "block: number of vertices": np.array([len(b.vertices) for b in blocks]),
             "block: list of faces": np.array([repr([p.faces for p in b.parts]) for b in blocks], dtype=str),
             "block: density": np.array([b.density for b in blocks], dtype=float),
@@ -73,9 +73,9 @@ class Fingerprint(ReadOnly):
             "block: support": held.copy(),
             **_columns("block: material's ", Material, [b.material for b in blocks], FRACTURE),
             "joint: pair of blocks": np.array([(i.block_a, i.block_b) for i in joints], dtype=np.int64).reshape(-1, 2),
-            "joint: polygon": _rows([i.polygon for i in joints], 3),
+            "joint: polygon": _rows([i.polygon for i in joints], width=3),
             "joint: number of corners": np.array([len(i.polygon) for i in joints], dtype=np.int64),
-            "joint: normal": _rows([i.normal[None] for i in joints], 3),
+            "joint: normal": _rows([i.normal[None] for i in joints], width=3),
             "joint: kind": np.array([i.kind for i in joints], dtype=str),
             **_columns("joint: ", Joint, [i.joint for i in joints], ("terms",)),
             **_term_columns([i.joint for i in joints]),
@@ -91,14 +91,14 @@ class Fingerprint(ReadOnly):
     def digests(self) -> dict[str, str]:
         """Hash of each of "blocks", "materials", "supports", "joints" and "ties".
 
-        Equal for equal bits.
+        Two models have equal hashes where all their numbers are equal to the last bit.
         """
         groups: dict[str, list[Table]] = {"blocks": [], "materials": [], "supports": [], "joints": [], "ties": []}
         for name, table in self.arrays.items():
             # "block: density" is of a block, and so on; supports and materials stand among the fields of blocks
             of, field = name.split(": ")
-            special = {"support": "supports"}.get(field, "materials" if field.startswith("material's") else "")
-            groups[special or {"model": "blocks"}.get(of, f"{of}s")].extend((np.array([name]), table))
+            group = "supports" if field == "support" else "materials" if field.startswith("material's") else f"{of}s"
+            groups["blocks" if of == "model" else group].extend((np.array([name]), table))
         return {group: _digest(*tables) for group, tables in groups.items()}
 
     @property
@@ -109,9 +109,7 @@ class Fingerprint(ReadOnly):
     def difference(self, then: Fingerprint) -> str:
         """First thing in which this model differs from another, in words.
 
-        Rounding is no difference.
-
-        It is empty if none does.
+        The text is empty where nothing differs by more than rounding.
 
         Parameters
         ----------

@@ -114,7 +114,7 @@ def read_prisms(
             pieces = convex_pieces(clean_outline(outline, slack))
         except ValueError as error:
             raise InputError(f"block {name!r}: {error}") from None
-        solids.append([prism(piece, 0.0, thickness) for piece in pieces])
+        solids.append([prism(piece, y0=0.0, y1=thickness) for piece in pieces])
     return solids
 
 
@@ -162,7 +162,8 @@ def read_fixed(fixed: Any) -> tuple[int | str, ...]:
 class JointChoice:
     """Picks a joint by pair of block names, then by kind, then the default.
 
-    Remembers which keys were used.
+    ``pairs`` and ``kinds`` are the laws by both, ``names`` those of all blocks by number. ``used`` are the keys by
+    which a law was picked so far.
     """
 
     def __init__(
@@ -198,9 +199,9 @@ class JointChoice:
                 raise InputError(f"joints[{key!r}]: a key is a kind ('bed', 'head', 'base') or a pair of block names")
 
     def __call__(self, a: int, b: int, kind: str) -> Joint | None:
-        """Law of the joint between blocks a and b.
+        """Law of a joint: that of its pair of blocks, else of its kind, else the default.
 
-        That of the pair, else that of the kind, else the default.
+        ``a`` and ``b`` are the numbers of the blocks.
         """
         if self.pairs and (pair := frozenset((self.names[a], self.names[b]))) in self.pairs:
             self.used.add(pair)

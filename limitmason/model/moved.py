@@ -94,9 +94,7 @@ def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
 
 
 def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False) -> Laid:
-    """The assembly with a group of held blocks made one.
-
-    A support of several blocks then moves as one body.
+    """The assembly with a group of held blocks made one, which moves as one support.
 
     The first of the group owns the joints and ties of all. Joints between two held blocks are left out: the ground
     bears both sides of them.
@@ -108,10 +106,10 @@ def joined_to_first(assembly: Laid, group: Sequence[int], *, drop: bool = False)
     drop : give the first block the solids of all and leave the others out; else these stay where they are, without
         joints, so that blocks keep their numbers
     """
-    every = np.arange(assembly.n_blocks)
-    # block that takes the place of each, and the blocks that are left
-    first, owner, rest = group[0], every.copy(), np.setdiff1d(every, group[1:])
+    first = group[0]
+    owner = np.arange(assembly.n_blocks)  # block that takes the place of each
     owner[list(group)] = first
+    rest = np.setdiff1d(np.arange(assembly.n_blocks), group[1:])  # blocks that are left
     blocks = list(assembly.blocks)
     names = [blocks[k].name for k in owner]
     # numbers that blocks have once the others of the group are dropped

@@ -110,7 +110,7 @@ def patch_forces(assembly: "Assembly", corners: ArrayLike, pressure: Pressure) -
     Raises
     ------
     InputError
-        When the corners are not a flat convex polygon, no face lies in it, or all of it above the level.
+        When the corners are not a flat convex polygon, no face lies in it, or it lies above the pressure's level.
 
     Notes
     -----

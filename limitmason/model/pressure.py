@@ -82,7 +82,7 @@ class Pressure(NamedTuple):
         if not self.unit_weight:
             return True
         # the surface of the water cuts the polygon
-        below = split_polygon(polygon, np.array([0.0, 0.0, self.level]), np.array([0.0, 0.0, 1.0]), 0.0)[0]
+        below, _ = split_polygon(polygon, np.array([0.0, 0.0, self.level]), np.array([0.0, 0.0, 1.0]), slack=0.0)
         if below is not None:
             forces.add_spread(block, below, normal, self.level - below[:, 2], -self.unit_weight * normal)
         return below is not None or self.even != 0.0
@@ -103,11 +103,12 @@ def side_forces(
     Raises
     ------
     InputError
-        When the block has no face on that side, or all of it above the level.
+        When the block has no face on that side, or the load is a pressure and that side lies above its level.
     """
     if isinstance(face, str) and face not in _SIDES:
         raise InputError(f"face {face!r} is not one of {tuple(_SIDES)} or a direction of three numbers")
-    outward, name = read_direction("face", _SIDES[face] if isinstance(face, str) else face), assembly.blocks[block].name
+    outward = read_direction("face", _SIDES[face] if isinstance(face, str) else face)
+    name = assembly.blocks[block].name
     forces, found, loaded = AppliedForces.none(assembly), False, False
     for corners in assembly.blocks[block].faces:
         normal, _ = face_plane(corners)

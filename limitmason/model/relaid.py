@@ -51,7 +51,7 @@ def with_joint_laws(
     elif chosen is not None:
         raise InputError("kinds goes with one law or a function; a table names its joints itself")
     else:
-        choose = JointChoice(None, joints, [b.name for b in assembly.blocks], required=False)
+        choose = JointChoice(default=None, table=joints, names=[b.name for b in assembly.blocks], required=False)
         changed = tuple(replace(i, joint=choose(i.block_a, i.block_b, i.kind) or i.joint) for i in assembly.interfaces)
         choose.check_all_used()
     return replace(assembly, interfaces=changed)
@@ -60,11 +60,10 @@ def with_joint_laws(
 def _by_law(
     interfaces: Iterable[Interface], law: Joint | Callable[[Joint], Joint], kinds: set[str] | None
 ) -> tuple[Interface, ...]:
-    """Interfaces of some kinds with a new law.
+    """Interfaces, those of some kinds with a new law.
 
-    It is one law, or a function of the law that each had. ``kinds`` None is all of the ``interfaces``.
-
-    Interfaces that shared a law share the new one: readers of laws go by identity, and look at each once.
+    ``law`` is the new one, or a function that makes it of the old one; ``kinds`` None is all. Interfaces that shared a
+    law share the new one: readers of laws go by identity, and look at each once.
     """
     new: dict[int, Joint] = {}
     changed = []

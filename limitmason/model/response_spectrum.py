@@ -70,7 +70,7 @@ class ResponseSpectrum(Displayed, Tabular, ReadOnly):
     ) -> ResponseSpectrum:
         """The spectrum of one component of a record.
 
-        It is linear between samples. The oscillators swing on after it.
+        The record is linear between samples. The oscillators swing on after its end, for a period of the slowest.
 
         Parameters
         ----------
@@ -116,7 +116,8 @@ def refined(samples: Array, step: float, most: float) -> tuple[Array, float]:
 def largest_displacements(record: Array, h: float, omega: Array, damping: float) -> Array:
     """Largest displacement of oscillators against the ground [m], shape (k,).
 
-    By the mean acceleration of every step (Newmark with 1/4 and 1/2), which is stable at any step. They begin at rest.
+    Integrated by the mean acceleration of every step (Newmark with beta 1/4 and gamma 1/2), which is stable at any
+    step. The oscillators begin at rest.
 
     Parameters
     ----------
@@ -126,12 +127,13 @@ def largest_displacements(record: Array, h: float, omega: Array, damping: float)
     damping : over the critical one [-]
     """
     u, v, a = np.zeros_like(omega), np.zeros_like(omega), np.full_like(omega, -record[0])
+    largest = np.zeros_like(omega)
     # factor of the new acceleration in the equilibrium of a unit mass at the end of a step
-    top, mass = np.zeros_like(omega), 1.0 + damping * omega * h + 0.25 * (omega * h) ** 2
+    mass = 1.0 + damping * omega * h + 0.25 * (omega * h) ** 2
     for ground in record[1:]:
         # as far as the old acceleration takes them; the new one follows from equilibrium
         step_u, step_v = u + h * v + 0.25 * h * h * a, v + 0.5 * h * a
         a = (-ground - 2.0 * damping * omega * step_v - omega**2 * step_u) / mass
         u, v = step_u + 0.25 * h * h * a, step_v + 0.5 * h * a
-        np.maximum(top, np.abs(u), out=top)
-    return top
+        np.maximum(largest, np.abs(u), out=largest)
+    return largest

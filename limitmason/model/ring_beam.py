@@ -65,9 +65,8 @@ def ring_beam(
 ) -> tuple[Tie, ...]:
     """Ties along a line of points, fastened to the blocks they lie in or on.
 
-    They are a ring beam as it pulls.
-
-    Pieces whose both ends are on one block, or on held blocks, are left out.
+    Together they act as a ring beam in tension. Pieces whose both ends are on one block, or on held blocks, are
+    left out.
 
     Parameters
     ----------

@@ -223,9 +223,9 @@ class Drive(Stage):
             raise InputError(f"Drive: calm must be positive, and the length be given in steps, got {self.calm!r}")
 
     def twists(self, assembly: Assembly) -> tuple[Array, Flags]:
-        """Travel of every block, and which degrees of freedom the drive holds.
+        """Travel of every block, and flags of the degrees of freedom that the drive holds.
 
-        [m, rad] and flags, shape (n, 6) each.
+        Travel is in m and rad; both have shape (n, 6), in the order of ``DEGREES_OF_FREEDOM``.
 
         Parameters
         ----------

@@ -115,9 +115,9 @@ def with_points(cells: Iterable[str]) -> list[str]:
 
 
 def two_decimal_signs(cells: Iterable[tuple[int, str]]) -> str:
-    """What is wrong with numbers of which some have a point and some a comma, empty for nothing.
+    """What is wrong with numbers of which some have a point and some a comma.
 
-    One of the two parts thousands then, and 1,250 may be 1.25 or 1250.
+    One of the two parts thousands then, and 1,250 may be 1.25 or 1250. The text is empty where nothing is wrong.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def two_decimal_signs(cells: Iterable[tuple[int, str]]) -> str:
 
 
 def parsed(text: str, name: str) -> Parsed:
-    """The cells of a table in either form.
+    """The cells of a table, whose units are a comment line or a row below the names.
 
     Other comment lines and blank lines are left out.
 

@@ -140,7 +140,7 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
 def _check_layout(path: str, found: Parsed) -> None:
     """Refuse a table that cannot be read without doubt.
 
-    Its columns need a name that no other has, and a unit, its rows a cell for each of them.
+    Every column needs a unit and a name that no other has, every row a cell for each column.
 
     Parameters
     ----------

@@ -155,7 +155,7 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
     Parameters
     ----------
     what : prediction, curve, history, modes or state; None for rest
-    scale : as in :func:`view`; None chooses one
+    scale, most : as in :func:`view`, where ``most`` is called frames; no scale chooses one
     """
     rest = ScenePose(np.zeros((model.n_blocks, 3)), np.zeros((model.n_blocks, 3)), "")
     if what is None:
@@ -173,8 +173,9 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
         poses, line = _of_history(model, what, most), f"history, {what.status}, seen from the ground"
         start = len(poses) - 1
     else:
-        poses, line, start = [_moved(model, what, 0, "")], "", 0
-    joints = max((largest_movement(model, rigid_motion(model, p.shift, p.turn, 1.0)) for p in poses), default=0.0)
+        poses, line, start = [_moved(model, what, sample=0, caption="")], "", 0
+    unscaled = [rigid_motion(model, p.shift, p.turn, scale=1.0) for p in poses]
+    joints = max((largest_movement(model, motion) for motion in unscaled), default=0.0)  # widest opening or slip [m]
     travel = max(float(np.abs(p.shift).max(initial=0.0)) for p in poses)
     if scale is None:
         scale = max(round_length(_SEEN * structure_size(model) / travel), 1.0) if travel > 0.0 else 1.0
@@ -184,7 +185,7 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
 
 
 def _of_mechanism(model: Assembly, prediction: Prediction, line: str, scale: float, count: int) -> SceneMotion:
-    """Poses of a mechanism from rest on, the last one shown first.
+    """Poses of a mechanism, ``count`` of them from rest on, the last one shown first.
 
     Parameters
     ----------
@@ -220,13 +221,13 @@ def _of_modes(model: Assembly, modes: Modes, scale: float) -> SceneMotion:
 
 
 def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose], str, int]:
-    """Poses, what they are, and the first shown: the peak, or the end if little moved.
+    """At most ``most`` poses of a curve: what they are, and which is shown first.
 
     Returns
     -------
     poses : of the samples
     line : what is shown of each, in words
-    first : number of the sample to begin with
+    first : number of the pose to begin with: the peak, or the end where little has moved at the peak
     """
     if not len(curve.states):
         raise InputError("this curve kept no states: there is nothing to draw")
@@ -248,7 +249,7 @@ def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose]
     rows, peak = _spread(len(curve), most), int(curve.peak.index)
     # the peak is among the samples shown, in place of the one nearest to it
     rows[int(np.argmin(np.abs(np.array(rows) - peak)))] = peak
-    poses = [_moved(model, curve.states[k], 0, said(k)) for k in rows]
+    poses = [_moved(model, curve.states[k], sample=0, caption=said(k)) for k in rows]
     travel = [float(np.abs(pose.shift).max(initial=0.0)) for pose in poses]
     # chosen: at less than a tenth of the way nothing would be seen to move
     start = rows.index(peak) if travel[rows.index(peak)] > 0.1 * max(travel) else len(rows) - 1
@@ -294,7 +295,8 @@ def _solids(model: Assembly, motion: SceneMotion, origin: Array) -> dict[str, An
     """What the page's script draws of blocks, by name: triangles, edges, names, frame.
 
     Arrays are base64 of single precision: "vertices" three corners of every triangle with the "normals" there, "lines"
-    two ends of every edge [m], each with the block that owns it. "centre" and "size" are those of what is framed.
+    two ends of every edge [m], each with the block that owns it. "centre" and "size" are those of what is framed,
+    "low" and "high" the ends of the free blocks.
 
     Parameters
     ----------
@@ -322,7 +324,7 @@ def _solids(model: Assembly, motion: SceneMotion, origin: Array) -> dict[str, An
     every, aside = np.array([b.bounds for b in model.blocks]), 0.25 * float((high - low).max())
     held = np.clip([every[:, 0].min(axis=0), every[:, 1].max(axis=0)], low - aside, high + aside)
     framed = np.vstack([low, high, held, *centres])
-    heavy = [f"{b.mass:.4g} kg" for b in model.blocks]
+    masses = [f"{b.mass:.4g} kg" for b in model.blocks]
     return {
         "vertices": _text(np.array(corners) - origin),
         "normals": _text(normals),
@@ -331,7 +333,7 @@ def _solids(model: Assembly, motion: SceneMotion, origin: Array) -> dict[str, An
         "line_owner": _text(line_owner),
         "centroids": _text(model.centroids - origin),
         "names": [b.name or f"block {i}" for i, b in enumerate(model.blocks)],
-        "notes": [f"{m}, held" if model.held[i].any() else m for i, m in enumerate(heavy)],
+        "notes": [f"{m}, held" if model.held[i].any() else m for i, m in enumerate(masses)],
         "held": [bool(h) for h in model.fixed],
         "size": float(np.linalg.norm(np.ptp(framed, axis=0))),
         "centre": [float(v) for v in 0.5 * (framed.min(axis=0) + framed.max(axis=0)) - origin],
@@ -352,9 +354,7 @@ def _joints(model: Assembly, origin: Array) -> dict[str, Any]:
 def _forces(model: Assembly, answer: Prediction | None, origin: Array) -> dict[str, Any]:
     """Joint forces, a row each: ends of a line along it [m], share, friction limit.
 
-    The share is that of the largest force [-].
-
-    "largest" is the largest force in words. Both are empty where there are no forces.
+    The share is that of the largest force [-], which "largest" has in words. Both are empty without forces.
     """
     if answer is None or answer.resultants is None:
         return {"rows": "", "largest": ""}
@@ -373,7 +373,7 @@ def _forces(model: Assembly, answer: Prediction | None, origin: Array) -> dict[s
 
 
 def _front(model: Assembly) -> float:
-    """Azimuth [rad], from x to y, of a viewer straight at a single-leaf wall, else y."""
+    """Azimuth [rad] of a viewer in front of a single-leaf wall, else looking along +y."""
     plane = wall_plane(model)
     if plane is None:
         return float(-np.pi / 2)

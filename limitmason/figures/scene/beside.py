@@ -57,9 +57,7 @@ def scene_origin(model: Assembly) -> Array:
 def side_by_side(models: Sequence[Assembly]) -> Assembly:
     """Several structures as one, side by side, without joints between them.
 
-    They stand along the longer horizontal side of the first.
-
-    Blocks are called "1: name", "2: name" ...
+    They stand in a row along the longer horizontal side of the first. Blocks are called "1: name", "2: name" ...
     """
     corners = [np.vstack([b.bounds for b in m.blocks]) for m in models]
     axis = int(np.argmax(np.ptp(corners[0], axis=0)[:2]))
