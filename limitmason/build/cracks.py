@@ -15,7 +15,7 @@ from limitmason.geometry.polyhedron import Solid
 from limitmason.geometry.splitting import split_polygon, split_solid
 from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
-from limitmason.model.detection import renumbered_doubts
+from limitmason.model.contact_warnings import renumbered_doubts
 from limitmason.model.input import read_vector
 from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint

@@ -9,7 +9,7 @@ from limitmason.checks import finite, positive
 from limitmason.errors import InputError
 from limitmason.geometry import box
 from limitmason.model.assembly import Assembly
-from limitmason.model.detection import renumbered_doubts
+from limitmason.model.contact_warnings import renumbered_doubts
 from limitmason.model.joint import Joint
 
 _NEAR = 0.01  # of the floor's least size, chosen: blocks this near are looked at for bearings, more than contacts need

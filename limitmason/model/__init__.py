@@ -7,7 +7,7 @@ from limitmason.display.notebook import shows
 from limitmason.model.arrays import AssemblyArrays
 from limitmason.model.assembly import Assembly, ContactError
 from limitmason.model.block import Block
-from limitmason.model.detection import ContactWarning
+from limitmason.model.contact_warnings import ContactWarning
 from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint, LostBy, Unloading
 from limitmason.model.load import Loads

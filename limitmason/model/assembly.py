@@ -15,7 +15,7 @@ from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.geometry.contact import KEPT, ContactRules, DoubtfulContact
 from limitmason.geometry.polyhedron import longest_sides
-from limitmason.model import detection
+from limitmason.model import contact_warnings, detection
 from limitmason.model.block import Block
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.contact_report import ContactReport
@@ -227,11 +227,11 @@ class Assembly(Displayed, Blockwork):
         assembly = replace(self, interfaces=tuple(interfaces), doubts=tuple(found.doubts))
         # only now: the error carries the assembly, whose contact report shows what overlaps
         if found.overlaps:
-            raise ContactError(detection.overlap_text(found, self.blocks, pieces.widths, rules), assembly)
+            raise ContactError(contact_warnings.overlap_text(found, self.blocks, pieces.widths, rules), assembly)
         choose.check_all_used()
         if assembly.supports:
             assembly.check_connected()
-        detection.warn_of_doubts(assembly, [d for d in found.doubts if d.kind in KEPT], assembly.near_misses)
+        contact_warnings.warn_of_doubts(assembly, [d for d in found.doubts if d.kind in KEPT], assembly.near_misses)
         return assembly
 
     # ---- variants -----------------------------------------------------------------------------------------------
@@ -361,9 +361,9 @@ class Assembly(Displayed, Blockwork):
         """
         if not self.held.any():
             raise InputError("nothing is fixed: give fixed=[...] or with_supports([...]) for at least one block")
-        loose = detection.loose_blocks(self)
+        loose = contact_warnings.loose_blocks(self)
         if len(loose):
-            raise ContactError(detection.floating_text(self, loose), self)
+            raise ContactError(contact_warnings.floating_text(self, loose), self)
 
     @cached_property
     def near_misses(self) -> tuple[DoubtfulContact, ...]:
@@ -373,13 +373,13 @@ class Assembly(Displayed, Blockwork):
         """
         if not self.doubts:
             return ()
-        present, given = detection.interfaces_by_pair(self), self.contact_rules.width is not None
-        return tuple(detection.near_misses(self.doubts, present, least_width_given=given))
+        present, given = contact_warnings.interfaces_by_pair(self), self.contact_rules.width is not None
+        return tuple(contact_warnings.near_misses(self.doubts, present, least_width_given=given))
 
     @property
     def contact_warnings(self) -> tuple[str, ...]:
         """What an analysis of this assembly says about its contacts."""
-        return (detection.count_text(len(self.near_misses)),) if self.near_misses else ()
+        return (contact_warnings.count_text(len(self.near_misses)),) if self.near_misses else ()
 
     def contact_report(self, *, distance: float | None = None, angle_deg: float | None = None) -> ContactReport:
         """Which faces touch, which nearly do, and what a wider tolerance would add.

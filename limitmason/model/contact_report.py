@@ -8,7 +8,7 @@ import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.geometry.contact import ContactRules
-from limitmason.model.detection import length_text
+from limitmason.model.contact_warnings import length_text
 from limitmason.model.face_touch import UntouchedFace
 from limitmason.storage.frozen import ReadOnly
 

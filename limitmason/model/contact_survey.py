@@ -13,10 +13,11 @@ from limitmason.geometry import contact
 from limitmason.geometry.contact import Candidates, ContactRules, DoubtfulContact
 from limitmason.geometry.facing import all_faces
 from limitmason.geometry.penetration import near_pairs, penetrations, touching_edges
-from limitmason.model import detection
+from limitmason.model import contact_warnings, detection
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.contact_report import TINY, ContactEntry, ContactReport, EdgeContact, NearMiss
-from limitmason.model.detection import BlockPieces, length_text
+from limitmason.model.contact_warnings import length_text
+from limitmason.model.detection import BlockPieces
 from limitmason.model.face_touch import contact_gaps, least_width, untouched_faces
 from limitmason.model.interface import Interface
 
@@ -48,7 +49,7 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
     # farther than is listed: what a wider tolerance would add is counted among these
     reach = np.maximum(shown, _SEARCHED * near)
     found = _search(pieces, near, reach, rules, max(looked_at, contact.LOOKED_AT_DEG))
-    present = detection.interfaces_by_pair(assembly)
+    present = contact_warnings.interfaces_by_pair(assembly)
     kept, missed, passed = _judged(_within(found, shown, looked_at), rules, pieces, near, present)
     faces, start = all_faces(pieces.solids)
     p, q = near_pairs(pieces.solids, pieces.owner, near)
@@ -63,7 +64,7 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
     count = Counter(i for pair, group in present.items() for i in pair for _ in group)
     tiny = {i for e in entries if e.tiny for i in (e.a, e.b)}
     free = np.flatnonzero(~assembly.held.any(axis=1)).tolist()
-    loose = detection.loose_blocks(assembly).tolist() if assembly.supports else [i for i in free if not count[i]]
+    loose = contact_warnings.loose_blocks(assembly).tolist() if assembly.supports else [i for i in free if not count[i]]
     return ContactReport(
         n_blocks=assembly.n_blocks, tolerance=(float(near.min()), float(near.max())), rules=rules,
         contacts=tuple(entries), near_misses=_named(missed, names, exact), kept=_named(kept, names, exact),
@@ -103,14 +104,14 @@ def _judged(
     missed: list[DoubtfulContact] = []
     doubts = contact.doubts_of(listed, code, rows, made="left out")
     for doubt in doubts:
-        there = detection.joined(doubt, present, near[doubt.a] + near[doubt.b])
+        there = contact_warnings.joined(doubt, present, near[doubt.a] + near[doubt.b])
         if doubt.kind in contact.KEPT and there:
             kept.append(doubt)
         elif doubt.kind in (*contact.KEPT, "left out"):
             missed += [] if there else [doubt._replace(kind="left out")]
     other = [d for d in doubts if d.kind not in (*contact.KEPT, "left out")]
     width_given = rules.width is not None
-    open_ones = detection.near_misses(other, present, 2.0 * float(near.max()), least_width_given=width_given)
+    open_ones = contact_warnings.near_misses(other, present, 2.0 * float(near.max()), least_width_given=width_given)
     return kept, missed + open_ones, [d for d in other if not any(d is m for m in open_ones)]
 
 

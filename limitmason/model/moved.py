@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.model.blockwork import Blockwork
-from limitmason.model.detection import moved_doubts, renumbered_doubts
+from limitmason.model.contact_warnings import moved_doubts, renumbered_doubts
 
 Laid = TypeVar("Laid", bound=Blockwork)
 
