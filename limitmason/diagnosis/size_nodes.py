@@ -64,9 +64,10 @@ def transformed(
 
 
 def through_zero(low: float, high: float, count: int) -> np.ndarray:
-    """``count`` values from low to high with 0 among them."""
+    """``count`` values from low to high with 0 among them; 0 lies between these ends."""
     if low == 0.0 or high == 0.0:
         return np.linspace(low, high, count)
+    # intervals below 0: their share of the range, and at least one on either side
     below = max(1, round((count - 1) * -low / (high - low)))
     below = min(below, count - 2)
     return np.concatenate([np.linspace(low, 0.0, below + 1), np.linspace(0.0, high, count - below)[1:]])

@@ -207,17 +207,18 @@ class Study(Statement):
     def _say_if_copied(self) -> None:
         """Warn of specimens equal in all that is recorded: a copied row, as a rule."""
         assert self.measured is not None, "a verdict has measured values"
-        read: dict[int, list[tuple[str, float]]] = {}
+        read: dict[int, list[tuple[str, float]]] = {}  # quantities and values by number of the specimen
         for number, quantity, value, log in zip(
             self.rows.of.tolist(), self.rows.quantities, self.measured.tolist(), self.rows.log, strict=True
         ):
-            if log:
+            if log:  # what was seen or not, and signed values such as 0, are often equal by themselves
                 read.setdefault(number, []).append((quantity, value))
-        known: dict[str, int] = {}
-        pairs = [
-            (first, number) for number, values in read.items() if isinstance(self.specimens[number], Mapping)
-            and (first := known.setdefault(fingerprint(self.specimens[number], sorted(values)), number)) != number
-        ]
+        known: dict[str, int] = {}  # number of the first specimen with this record
+        pairs = []  # (first, number of its copy)
+        for number, values in read.items():
+            if isinstance(self.specimens[number], Mapping):  # what an object records is not known
+                first = known.setdefault(fingerprint(self.specimens[number], sorted(values)), number)
+                pairs += [(first, number)] * (first != number)
         if pairs:
             warnings.warn(f"{len(pairs)} of {len(read)} specimens equal another in all that is recorded and measured, "
                           f"first {pairs[0][1]} and {pairs[0][0]} (from 0); a copied row counts as a test of its own",

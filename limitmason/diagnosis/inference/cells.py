@@ -96,7 +96,7 @@ class Cells:
         has_side : whether there is a node before, and after, shape (2, d, g)
         """
         columns = np.arange(self.count)
-        ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]
+        ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]  # from a node to that before, and after
         return np.where(has_side, columns + ways, columns).reshape(2 * self.d, self.count).T.copy()
 
     def _quantities(

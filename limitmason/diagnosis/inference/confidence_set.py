@@ -51,7 +51,10 @@ class ConfidenceSet:
         return self.design.trends.along(self.draws.errors[: self.count])
 
     def _trend_drawn(self, names: Names, fit: BestFit) -> Callable[[slice, BestFit], np.ndarray]:
-        """Statistic of trends in what fits leave of drawn data, by rows and fits."""
+        """Trend statistic of what new fits leave of data drawn from a fit, shape (b,).
+
+        The function that is returned takes rows of the draws, and the fits to them.
+        """
         trend, sd = self.design.trend_of(names), self.design.noise_of(names, fit)
         at = self.design.trends.along(self.design.predicted(names, fit)[0])
         return lambda rows, again: trend(at + sd * self._errors_along[rows], again)
@@ -114,7 +117,7 @@ class ConfidenceSet:
         if verdict.kind == VerdictKind.NONE or not unstated:
             return verdict
         design, rule = self.design, self.rule
-        names = max(verdict.tested, key=lambda n: verdict.tested[n].gain)
+        names = max(verdict.tested, key=lambda n: verdict.tested[n].gain)  # the best cause
         effect = design.effect(names, verdict.tested[names].fit)
         groups = same(two_groups_by_effect(design.apart(effect) * design.scale))
         correlation = (1.0 - PLAUSIBLE) * design.correlation + PLAUSIBLE * groups
@@ -147,15 +150,13 @@ class ConfidenceSet:
     def explained(self, y: np.ndarray, verdict: Verdict, pairs: bool = True) -> Verdict:
         """What explains an alarm: the causes that are not rejected, else the pairs.
 
+        The verdict is conditional on the list. The p of a kept cause means "not rejected", no more.
+
         Parameters
         ----------
         y : data, which the gate may have seen with other shares of the noise
         verdict : of the gate; what is no alarm, or scatter, stays as it is
         pairs : whether pairs of causes are tried when no single one is left
-
-        Notes
-        -----
-        The verdict is conditional on the list. The p of a kept cause means "not rejected", no more.
         """
         if verdict.kind != VerdictKind.UNEXPLAINED:
             return verdict
@@ -195,8 +196,8 @@ class ConfidenceSet:
         out = {}
         for names, fit in found.items():
             tested = self._tested(names, fit, base, best)
-            p: dict[str, float] = {}
-            used = 0
+            p, used = dict[str, float](), 0
+            # single causes get their p even where they are far off, unless the rule screens them as it does pairs
             kept = (len(names) == 1 and not self.rule.screen) or not self._hopeless(fit, tested.deficit)
             if kept:
                 own = self._residual_tally(names, fit)
@@ -210,9 +211,7 @@ class ConfidenceSet:
         return out
 
     def _tested(self, names: Names, fit: BestFit, base: float, best: float) -> Tested:
-        """A fit beside the baseline and the best of its kind.
-
-        It is not tested yet, and so not kept.
+        """A fit beside the baseline and the best of its kind: not tested, so not kept yet.
 
         Parameters
         ----------
@@ -336,6 +335,7 @@ class ConfidenceSet:
             return self._residuals(again, replicate, trend(rows, again))
 
         def enough(t: Tally) -> bool:
+            """Whether every statistic is settled, or one that rejects is."""
             done = [t.settled(name) for name in t.observed]
             return all(done) or any(d and t.rejected(name) for d, name in zip(done, t.observed, strict=True))
 

@@ -192,9 +192,10 @@ class Design:
         return self.fits([model], y, z, replicate, residuals=True, weights=weights)[0]
 
     def trend_of(self, names: Names) -> Callable[[np.ndarray, BestFit], np.ndarray]:
-        """Statistic of trends in what fits leave, by data along trends and these fits.
+        """Statistic of trends in what fits of an explanation leave, shape (b,).
 
-        No residual of a data set is formed: of a thousand numbers some hundred directions are wanted.
+        The function that is returned takes data as ``trends.along`` gives them, and the fits. No residual of a data set
+        is formed: of a thousand numbers some hundred directions are wanted.
         """
         grid = self.grid(names)
         short = Grid(grid.sizes, grid.z, self.trends.along(grid.values))
@@ -221,7 +222,7 @@ class Design:
     # ---- other designs -------------------------------------------------------------------------------------------
 
     def _with(self, change: Callable[[Grid], Grid], **other: Any) -> Design:
-        """The design with every grid changed."""
+        """The design with every grid, pairs included, changed; ``other`` replaces fields."""
         singles = {name: change(grid) for name, grid in self.singles.items()}
         pairs = {names: change(grid) for names, grid in self._pairs.items()}
         return replace(self, null=change(self.null), singles=singles, _pairs=pairs, **other)

@@ -89,6 +89,7 @@ class Discrepancy:
         one = np.ones((n, 1))
         along, factors = [CONSTANT], [np.zeros((n, 0))]
         for name, factor in [(CONSTANT, one), *_factors(covariates)]:
+            # without and with a constant beside it, which the constant itself does not need
             for constant in (one[:, :0],) if name == CONSTANT else (one[:, :0], one):
                 lifted = weight * np.hstack([factor, constant])
                 lifted = _thin(lifted if mix is None else mix @ lifted)
@@ -126,7 +127,9 @@ class Discrepancy:
         for first in range(0, len(y), BATCH):
             rows = slice(first, first + BATCH)
             sums = np.zeros((len(y[rows]), len(widths)))
-            if widths.any():
+            if widths.any():  # |B' y|^2 of every bias; one without columns, no bias and no input, stays at 0
+                # reduceat adds up the columns of each
+
                 turned = (y[rows] @ self._stack) ** 2
                 sums[:, widths > 0] = np.add.reduceat(turned, self._starts[:-1][widths > 0], axis=1)
             # what each bias takes off the sum of squares

@@ -106,6 +106,7 @@ def by_kind(
     mix = design.mix
     slopes = apart((design.null.slopes / sd).T).T
     effect = apart(effect)
+    # each row's part of r' C^-1 r / sd^2, before and after
     squares = [apart(r) * (r if mix is None else mix.T @ r) / sd**2 for r in (before, after)]
     out = []
     for kind in dict.fromkeys(kinds):

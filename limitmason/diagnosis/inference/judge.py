@@ -75,8 +75,6 @@ class Judge:
     def missing(self, sd: float = 1.0) -> Missing:
         """What happens when the true cause is not on the list, and margins against it.
 
-        It is worked out once.
-
         Parameters
         ----------
         sd : noise in stated units, where it is not stated
@@ -97,9 +95,7 @@ class Judge:
     ) -> bool:
         """Whether the conditions of a name beside its margin hold, without draws.
 
-        Parameters
-        ----------
-        kinds : evidence of every kind of test
+        ``kinds`` is what each kind of data shows of it; the other arguments are those of the module.
         """
         rivals = self.rivals(sd)
         _, beyond, asked = self._nearest_lever(rivals, names, effect, loglik, y)
@@ -127,11 +123,13 @@ class Judge:
         -------
         rival, beyond, asked : its name; by how much the explanation is likelier [log]; how much is asked [log]
         """
-        like, levers, rival, beyond, asked = self.design.like, rivals.levers(names), "", np.inf, LEVER
+        like, levers = self.design.like, rivals.levers(names)
+        rival, beyond, asked = "", np.inf, LEVER  # where there is no lever, nothing comes near
         if levers.along:
             each = levers.each(data[None], like)[0]
             rival, beyond = levers.along[int(each.argmax())], loglik - float(each.max())
         over_drift = loglik - rivals.drift(names, effect, data[None], like)
+        # the one that lacks more of what is asked
         return (DRIFT, over_drift, ODDS) if over_drift - ODDS < beyond - asked else (rival, beyond, asked)
 
     def rivals(self, sd: float = 1.0) -> Rivals:
@@ -149,10 +147,7 @@ class Judge:
         return float(f"{self.design.noise_of(names, fit):.2g}")
 
     def carrying(self, shares: Shares) -> Judge:
-        """What judges with some shares of the noise.
-
-        Margins are those of independent noise.
-        """
+        """This judge with shared noise carried; margins stay those of independent noise."""
         if not shares.shares:
             return self
         return replace(self, design=self.design.sharing(shares.correlation), rehearsed=self)
@@ -289,7 +284,10 @@ class Judge:
         return replace(verdict.without(rivalled), withdrawn=(), rivalled=tuple(rivalled), rival=nearest[1])
 
     def identification_of(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Identification:
-        """Record that holds one explanation against every model discrepancy."""
+        """Record that holds one explanation against every model discrepancy.
+
+        It is the first that ``verdict`` keeps; ``decision`` draws data from it.
+        """
         design, rule, names = self.design, self.rule, verdict.kept[0]
         of_noise, folds = self.noise(verdict), self.folds
         rivals, rehearsed = self.rivals(of_noise), self.missing(of_noise)
@@ -308,6 +306,7 @@ class Judge:
         observed = float(rivals.excess(names, fit, data, parts=parts)[0])
         over = rivals.excess(names, again, shifted, replicate, parts)
         left, more = float(rivals.structure(names, fit)[0]), rivals.structure(names, again, replicate)
+        # chance of so small an excess, were the explanation true
         p = share_of(over <= observed)
         slope, error = dose_of(discrepancy, rivals.slopes, effect, data, sd)
         kinds = by_kind(design, effect, y, verdict.null.residuals[0], fit.residuals[0], sd)
@@ -350,6 +349,7 @@ class Judge:
         Pairs are tried where the residuals ask for them. A pair counts if it gains more over the single name than the
         best of all second causes would by chance.
         """
+        # better: whether something is known to do better than the single name, here structure in its residuals
         names, better = record.names, record.structure < self.rule.structure
         if record.structure >= self.rule.asks or not (better or pairs):
             return verdict, record
@@ -359,7 +359,7 @@ class Judge:
             return replace(verdict, tried_pairs=bool(self.design.pair_names)), record
         bare = _left_structure(verdict, names)
         both = self.beside_levers(decision.with_pairs(y, bare), y) if pairs else bare
-        if both.pairs and not better:
+        if both.pairs and not better:  # a pair that is kept must itself gain enough
             better = both.tested[both.pairs[0]].gain - verdict.tested[names].gain >= enough
         if not better:
             return replace(verdict, tried_pairs=both.tried_pairs), record
