@@ -132,9 +132,10 @@ def secants(objective: Objective, x: Array, r: Array, moves: Array, axes: Sequen
 
 
 def one_deviation(objective: Objective, x: Array, slopes: Array, most: Array, best: Minimum) -> Array:
-    """Move of every parameter that changes the residuals by one standard deviation, within limits, shape (p,).
+    """Move of every parameter that changes the residuals by one deviation, shape (p,).
 
-    With J_k the slopes of all residuals with parameter k and s^2 the variance of the residuals, it is s / |J_k|.
+    It stays within limits. With J_k the slopes of all residuals with parameter k and s^2 the variance of the residuals,
+    it is s / |J_k|.
 
     Parameters
     ----------

@@ -309,7 +309,7 @@ class Rows:
         return linked(values, self.log[rows])
 
     def spread_out(self, name: str, column: Sequence[Any], specimens: int) -> list[Any]:
-        """A column with one entry per row; it may come with one per specimen instead.
+        """A column with one entry per row, which may come with one per specimen.
 
         Where there are as many rows as specimens, its entries are those of the specimens.
 
@@ -348,7 +348,7 @@ class Rows:
 
 
 def _within(inside: Sequence[bool], column: Sequence[Any]) -> list[Any]:
-    """A column on the rows ``inside``; on others the mean of these, or "-" for labels."""
+    """A column on the rows ``inside``, on others the mean of these, or "-" of labels."""
     numbers = [v for v, i in zip(column, inside, strict=True) if i]
     if any(isinstance(v, (str, bool)) for v in numbers):
         return [str(v) if i else "-" for v, i in zip(column, inside, strict=True)]
@@ -357,7 +357,7 @@ def _within(inside: Sequence[bool], column: Sequence[Any]) -> list[Any]:
 
 
 def linked(values: np.ndarray, log: np.ndarray) -> np.ndarray:
-    """Logarithms of the columns that ``log`` tells, shape (n,); others as they are."""
+    """Logarithms of the columns that ``log`` tells, shape (n,), others as they are."""
     return np.log(values) if log.all() else np.where(log, np.log(np.where(log, values, 1.0)), values)
 
 

@@ -212,7 +212,7 @@ def _of_sensors(
         sensors = [((float(r["x"]), float(r["y"]), float(r["z"])), str(r["direction"])) for r in rows]
         frequency = [tested[name][c.replace("mode", "frequency")] for c in shapes]
         test = ModalTest(sensors, np.array(frequency, dtype=float), np.array([[r[c] for r in rows] for c in shapes]))
-        next(s for s in specimens if s["specimen"] == name)[MODAL_TEST] = test
+        next(s for s in specimens if s["specimen"] == name)[MODAL_TEST] = test  # where a model looks for it
         out += [o for o in Observation.of_modes(name, test, component=component) if o.quantity.startswith(MODE)]
     return out
 

@@ -145,7 +145,7 @@ class Findings(Displayed, Citable, ReadOnly):
 
         Where pairs are kept, the sizes are those of the best pair.
         """
-        y = self.judged.turned(self.y)
+        y = self.judged.turned(self.y)  # in coordinates in which noise that tests share is independent
         if self.pairs:
             return estimate(self.judged, self.verdict.tested[self.pairs[0]], y, self.draws)
         out: dict[str, Estimate] = {}
@@ -207,7 +207,7 @@ class Findings(Displayed, Citable, ReadOnly):
     def by_kind(self) -> tuple[Evidence, ...]:
         """What each kind of data says of the best explanation, or of the baseline."""
         held = self.verdict.identification
-        if held is not None and held.kinds:
+        if held is not None and held.kinds:  # worked out for the verdict
             return held.kinds
         names = self.kept[0] if self.kept else ()
         sd = self.noise_sd or 1.0

@@ -165,7 +165,7 @@ class Simulator:
         return np.array(read).reshape(len(jobs), len(self.needed))
 
     def _run(self, missing: dict[tuple, Job]) -> None:
-        """Simulate missing jobs in worker processes; check and keep each answer."""
+        """Simulate missing jobs in worker processes, check and keep each answer."""
         before = self.calls
         keys, jobs = list(missing), list(missing.values())
         calls = [(k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
@@ -315,7 +315,7 @@ def _to_answer(quantity: str) -> str:
 
 
 def _call(simulate: Callable[..., Any], specimen: Any, job: Job) -> Any:
-    """Simulate a specimen with its parameters and causes; an error is noted with both."""
+    """Simulate a specimen with parameters and causes, and note both with an error."""
     parameters: dict[str, Any] = dict(job.parameters)
     if job.steps:
         parameters["extend"] = Extension(job.steps, specimen)

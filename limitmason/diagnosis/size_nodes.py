@@ -64,7 +64,7 @@ def transformed(
 
 
 def through_zero(low: float, high: float, count: int) -> np.ndarray:
-    """``count`` values from low to high with 0 among them; 0 lies between these ends."""
+    """``count`` values from low, 0 or less, to high, 0 or more, with 0 among them."""
     if low == 0.0 or high == 0.0:
         return np.linspace(low, high, count)
     # intervals below 0: their share of the range, and at least one on either side

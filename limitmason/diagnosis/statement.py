@@ -154,9 +154,9 @@ class Statement(ReadOnly):
     def from_folder(
         cls, folder: str | Path, *, cache: str | Path | None = None, n_jobs: int = 1, **stated: Any
     ) -> Self:
-        """A study of a folder of CSV files; cells may be missing.
+        """A study of a folder of CSV files.
 
-        There may be any number of quantities and specimens.
+        Cells may be missing. There may be any number of quantities and specimens.
 
         Parameters
         ----------

@@ -335,7 +335,7 @@ class Study(Statement):
     def plan(
         self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
     ) -> NextTests:
-        """Specimens of a pool that would tell the causes apart; nothing need be measured.
+        """Specimens of a pool that would tell causes apart, where nothing is measured yet.
 
         Parameters
         ----------
@@ -348,7 +348,9 @@ class Study(Statement):
         self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, costs: Mapping[str, float] | None,
         diagnosis: Findings | None = None,
     ) -> NextTests:
-        """Specimens of a pool for a list, or what a diagnosis left; see :meth:`plan`.
+        """Specimens of a pool to test for a list of causes, or what was left of it.
+
+        See :meth:`plan`.
 
         Parameters
         ----------

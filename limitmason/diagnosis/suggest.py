@@ -28,10 +28,10 @@ def suggest(
 ) -> plan.NextTests:
     """Choose ``k`` specimens of the pool.
 
-    With a set of causes (or pairs) they separate its members, with an identified cause they hold it against every
-    other of the list, with one that is not they show the contrast that only it makes, with none they separate the whole
-    list at visible sizes. An unexplained trend asks for specimens from end to end of its covariate, evenly spaced in
-    rank; more scatter than was stated asks for any repeats. Costs count in neither.
+    What they are for goes by what is left: members of a set of causes (or pairs) are separated; an identified cause is
+    held against every other of the list; of one that is not identified the contrast is shown that only it makes. With
+    none left the whole list is separated, at visible sizes. An unexplained trend asks for specimens from end to end of
+    its covariate, evenly spaced in rank. More scatter than was stated asks for any repeats. Costs count in neither.
 
     Parameters
     ----------

@@ -39,7 +39,7 @@ class CauseTables:
     """
 
     def __init__(self, tabulator: Tabulator, pair_tables: str = "verified"):
-        """Begin without any table; each is made when it is first asked for.
+        """Begin without any table: each is made when it is first asked for.
 
         Parameters
         ----------
@@ -146,7 +146,7 @@ class CauseTables:
         )
 
     def replace_wrong_pairs(self, design: Design, verdict: Verdict) -> bool:
-        """Replace additive tables of pairs that are wrong by full ones; True if any was.
+        """Replace additive tables of pairs that are wrong by full ones, True if any was.
 
         A table is compared with the simulator at the fit and half-way to it. It is wrong beyond ``PAIR_ERROR`` of the
         noise.

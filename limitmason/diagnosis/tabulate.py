@@ -249,7 +249,7 @@ class Tabulator:
         return float(np.max(np.abs(true - shown) / self.noise))
 
     def _refuse_not_nested(self, cause: Cause) -> None:
-        """Refuse a cause that at its baseline size moves predictions of the first specimen.
+        """Refuse a cause whose baseline size moves predictions of the first specimen.
 
         A change up to ``NESTED`` of the noise is let pass. A keyword that ``simulate`` does not take is refused too.
         """

@@ -95,12 +95,12 @@ class ConfidenceSet:
         )
 
     def alarm(self, y: np.ndarray, unstated: tuple[str, ...]) -> Verdict:
-        """The verdict of the gate; an alarm must outlast noise shared unstated.
+        """The verdict of the gate, where an alarm must outlast noise shared unstated.
 
-        Half of the noise's variance is taken as shared by the tests that the best cause acts on. With g the groups of
-        specimens that the cause with the largest gain acts on much and little, and C the correlation that is carried so
-        far, gain and trend are tested again with the correlation C / 2 + same_g / 2, and the scatter within the groups,
-        which no share makes larger. What fired at the gate must fire again; else the verdict is "none".
+        Half of the noise's variance is taken as shared by the tests that the best cause acts on. Let g be the groups of
+        specimens that the cause with the largest gain acts on much and little, and C the correlation carried so far.
+        Gain and trend are tested again with the correlation C / 2 + same_g / 2. So is the scatter within the groups,
+        which no share makes larger. What fired at the gate must fire again, else the verdict is "none".
 
         Parameters
         ----------
@@ -184,8 +184,8 @@ class ConfidenceSet:
     def _confidence_set(self, found: Mapping[Names, BestFit], base: float) -> dict[Names, Tested]:
         """Hold every explanation against the data under its own fit.
 
-        An explanation is kept when neither its residuals (trend, scatter) nor its log-likelihood deficit against the
-        best of ``found`` is unusual among data drawn from its own fit and fitted again by all of them.
+        Data are drawn from its own fit, and fitted again by all explanations. It is kept when two things are usual
+        among them: its residuals (trend, scatter), and its log-likelihood deficit against the best of ``found``.
 
         Parameters
         ----------

@@ -189,7 +189,7 @@ def _factors(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarr
     """Names and kernel factors of all biases that are not constant.
 
     A factor F has shape (n, its rank), and F F' a mean diagonal of one. A number gives a line and a smooth curve,
-    labels give a level each, and several columns give their sum and smooth curves over all numbers at once.
+    labels give a level each. Several columns give their sum, and smooth curves over all numbers at once.
 
     Parameters
     ----------

@@ -34,8 +34,8 @@ class Estimate:
 def estimate(design: Design, tested: Tested, y: np.ndarray, draws: Draws) -> dict[str, Estimate]:
     """Estimates of all causes of one explanation.
 
-    The interval holds the sizes whose profile log-likelihood ratio stays below its own bootstrap quantile at the best
-    fit (for a pair below the chi-square value, widened for unknown noise).
+    The interval holds the sizes whose profile log-likelihood ratio stays below a limit. That is its own bootstrap
+    quantile at the best fit, for a pair the chi-square value, widened for unknown noise.
 
     Parameters
     ----------

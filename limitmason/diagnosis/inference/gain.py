@@ -74,9 +74,9 @@ class Gain:
 def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence | None, critical_gain: float) -> Gain:
     """Gain of one explanation on one data set.
 
-    Every part left out is predicted by fits on the rest, baseline and extension alike, on the same grid. For the
-    repeated selection each fold takes the cause of the list with the best fit to the rest, or none when its gain stays
-    below what noise alone reaches.
+    Every part left out is predicted by fits on the rest, baseline and extension alike, on the same grid. In the
+    repeated selection each fold takes the cause of the list with the best fit to the rest. It takes none when that gain
+    stays below what noise alone reaches.
 
     Parameters
     ----------
@@ -162,6 +162,7 @@ def _selected(design: Design, y: np.ndarray, folds: np.ndarray, critical_gain: f
 def _score(each: np.ndarray, folds: np.ndarray) -> Score:
     """Sum of the scores of ``each`` value, with the standard error by folds."""
     count = int(folds.max()) + 1
+    # the sum of independent parts has the standard error sqrt(count) times the deviation of a part
     parts = np.bincount(folds, weights=each, minlength=count)
     error = float(np.sqrt(count) * parts.std(ddof=1)) if count > 1 else float("nan")
     return Score(float(each.sum()), error, each)

@@ -58,7 +58,7 @@ class Grid:
         return Cells(self.values, self.z)
 
     def place(self, inputs: Sequence[float] | np.ndarray) -> list[float]:
-        """Index along every axis of inputs, with fractions, of ``inputs`` [sd], shape (k,)."""
+        """Index along every axis of inputs, with fractions, of ``inputs`` [sd], (k,)."""
         return [float(np.interp(v, a, np.arange(len(a)))) for v, a in zip(inputs, self.z, strict=True)]
 
     @cached_property

@@ -147,7 +147,7 @@ class Judge:
         return float(f"{self.design.noise_of(names, fit):.2g}")
 
     def carrying(self, shares: Shares) -> Judge:
-        """This judge with shared noise carried; margins stay those of independent noise."""
+        """This judge with shared noise carried, margins as for independent noise."""
         if not shares.shares:
             return self
         return replace(self, design=self.design.sharing(shares.correlation), rehearsed=self)
@@ -171,6 +171,7 @@ class Judge:
             shares = estimated_shares(self.design, y, shared, price=alarm.critical_gain)
         judge = self.carrying(shares)
         verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
+        # judged anew while a table of a pair that the verdict hangs on was wrong, and was replaced
         for _ in range(ROUNDS):
             if not renewed(judge.design, verdict):
                 break
@@ -178,7 +179,7 @@ class Judge:
                 self.design.forget_pairs()
             verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
         for names in verdict.pairs:
-            self.design.grid(names)
+            self.design.grid(names)  # made now: a closed design makes no table
         return Judged(verdict, judge.design.closed(), shares)
 
     def judge_with_own_noise(

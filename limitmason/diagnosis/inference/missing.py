@@ -127,7 +127,9 @@ def visible(known: Design, cause: Listed) -> list[tuple[float, float]]:
 
 
 def position_of(grid: Grid, size: float | None, inputs: np.ndarray) -> np.ndarray:
-    """Index along every axis, with fractions, of a size and inputs; within the ends.
+    """Index along every axis of a grid, with fractions, of a size and inputs.
+
+    What lies beyond the end of an axis gets the index of the end.
 
     Parameters
     ----------

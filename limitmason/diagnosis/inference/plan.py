@@ -53,6 +53,7 @@ class Confusable(Displayed):
         out = []
         for i, a in enumerate(self.names):
             for j, b in enumerate(self.names[:i]):
+                # either one as the true cause, the other as its rival
                 visible = [d for d, name in ((self.d2[i, j], a), (self.d2[j, i], b)) if self.seen[name] >= SEEN]
                 if visible and min(visible) < TWIN:
                     out.append((b, a))
@@ -176,7 +177,7 @@ def confusable(design: Design) -> Confusable:
         grid = design.singles[cause.name]
         curve = at_measured(grid)
         far = distances(curve, design.null)
-        picks = []
+        picks = []  # node that is compared on each side of the baseline
         for side in cause.sides:
             rows = outward(grid, cause, side)[1:]
             reached = rows[far[rows] >= REFERENCE]

@@ -81,10 +81,10 @@ class Rivals:
     def levers(self, names: Names) -> Discrepancy:
         """Levers with another dependence than on the explanation's own columns.
 
-        A rival is the effect of a listed cause at its largest size, or of a measured input, scaled to a mean square of
-        one, times an unknown factor that depends on a column: a friction that differs by direction, a softness that
-        grows with the load. Beside a pair of causes the factor may also differ for one label only, but not by quantity:
-        that is a reading, which the list has.
+        A rival is the effect of a listed cause at its largest size, or of a measured input, times an unknown factor
+        that depends on a column. Effects are scaled to a mean square of one. Such are a friction that differs by
+        direction, and a softness that grows with the load. Beside a pair of causes the factor may also differ for one
+        label only, but not by quantity: that is a reading, which the list has.
 
         Parameters
         ----------
@@ -96,7 +96,7 @@ class Rivals:
         return self._levers[own, len(names)]
 
     def _levers_but(self, own: tuple[str, ...], alone: bool) -> Discrepancy:
-        """Levers of listed causes, with a factor that depends on other columns than ``own``.
+        """Levers of listed causes times a factor along other columns than ``own``.
 
         ``alone`` is for pairs: the factor may then differ for one label only, and measured inputs are levers too.
         """
@@ -155,8 +155,8 @@ class Rivals:
     def over_scatter(self, fit: BestFit, y: np.ndarray) -> np.ndarray:
         """Log evidence of the best lever that differs by specimen, over scatter, (b,).
 
-        With R_k the sum of squares that the baseline leaves in the n_k rows of a kind and P that of the inputs' data,
-        more scatter in each kind has the log-likelihood ``-sum (n_k log s_k^2 + R_k / s_k^2) / 2 - P / 2``, s_k^2 the
+        More scatter in each kind has the log-likelihood ``-sum (n_k log s_k^2 + R_k / s_k^2) / 2 - P / 2``. R_k is the
+        sum of squares that the baseline leaves in the n_k rows of a kind, and P that of the inputs' data; s_k^2 is the
         larger of R_k / n_k and 1.
 
         Parameters

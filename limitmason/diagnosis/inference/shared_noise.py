@@ -348,6 +348,7 @@ def two_groups_by_effect(effect: np.ndarray) -> list[int]:
     size = np.abs(effect)
     if size.std() <= EVEN * size.mean():
         return [1] * len(size)
+    # the cut of the ordered effects that leaves least squares about the means of both groups
     ordered = np.sort(size)
     cuts = range(1, len(size))
     scatter = [j * np.var(ordered[:j]) + (len(size) - j) * np.var(ordered[j:]) for j in cuts]
