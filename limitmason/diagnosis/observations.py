@@ -18,10 +18,7 @@ VALUE = "value"  # the quantity of a study that measured one number per specimen
 
 
 class EvidenceKind(StrEnum):
-    """Kinds of evidence.
-
-    Numbers of one kind may share an error of the instrument, of two kinds they do not.
-    """
+    """Kinds of evidence: an error of the instrument may be shared within one alone."""
 
     FORCE = "force"
     DEFORMATION = "deformation"
@@ -88,6 +85,7 @@ class Observation:
     counted: tuple[int, float] | None = None
 
     def __post_init__(self) -> None:
+        """Take kind and link that are not stated from the name, and check every field."""
         choice(f"{self._called}: kind", self.kind, (*EvidenceKind, ""))
         choice(f"{self._called}: link", self.link, ("log", "identity", SEEN, ""))
         guessed = next((k for k, words in KIND_OF.items() if _begins(self.quantity, words)), EvidenceKind.FORCE)

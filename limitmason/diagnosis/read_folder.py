@@ -126,7 +126,12 @@ def _once(table: MeasuredTable, column: str) -> list[str]:
 
 
 def _quantities(table: MeasuredTable, measured: MeasuredTable) -> dict[str, dict[str, Any]]:
-    """Scatter, kind and link that a table states of every quantity, by its name."""
+    """Scatter, kind and link that a table states of every quantity, by its name.
+
+    Parameters
+    ----------
+    table, measured : quantities.csv and measured.csv, whose quantities must each have a row in it
+    """
     out: dict[str, dict[str, Any]] = {}
     table.column("scatter", "the error of each quantity")
     _once(table, "quantity")

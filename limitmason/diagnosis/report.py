@@ -138,7 +138,10 @@ class Diagnosis(Findings):
         return "\n".join(lines)
 
     def _kept_lines(self) -> list[str]:
-        """Sizes, evidence, physics and gain of the kept explanations, ``LISTED`` at most."""
+        """Lines on kept explanations: sizes and p values, physics, gain of each.
+
+        Of more than ``LISTED`` the rest is counted.
+        """
         lines = []
         for names in self.kept[:LISTED]:
             evidence = words.gate_words(self.verdict.tested[names].p)

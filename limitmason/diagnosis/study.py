@@ -171,9 +171,9 @@ class Study(Statement):
         self._say_if_far_off()
         self._say_if_copied()
         reached(None, "verdict")
-        chances = Draws.make([seed, self.n], self.n, design.inputs, design.noise, draws)
+        chances = Draws.make([seed, self.n], n=self.n, k=design.inputs, noise=design.noise, count=draws)
         y = design.whiten(self.measured)
-        judged = judge.decide(y, chances, pairs, self.shared, self.tables.replace_wrong_pairs)
+        judged = judge.decide(y, chances, pairs, shared=self.shared, renewed=self.tables.replace_wrong_pairs)
         answer = Diagnosis(
             listed=causes, design=design.closed(), judged=judged.design, shares=judged.shares, y=y,
             verdict=judged.verdict, seed=seed, draws=chances, rule=judge.rule, specimens=self.called,

@@ -234,7 +234,8 @@ def _spread(covariate: str | None, pool: list[Any], k: int) -> plan.NextTests:
     if is_numeric(column):
         picks = np.argsort(np.asarray(column, dtype=float), kind="stable")[spaced]
     else:
-        labels = [str(v) for v in column]  # one of each first
+        # one specimen of each label first, then second ones: in the order of how often its label came before
+        labels = [str(v) for v in column]
         picks = np.argsort([labels[:i].count(label) for i, label in enumerate(labels)], kind="stable")[:k]
     return _picked(picks, pool, f"to see how the residuals vary with {covariate}")
 

@@ -123,8 +123,11 @@ class CauseTables:
     def design(self, causes: tuple[Cause, ...], noise: Noise, scale: np.ndarray, columns: Mapping) -> Design:
         """All that the rule needs of a list of causes under a statement of the noise.
 
+        Tables are taken from the baseline prediction in units of the noise.
+
         Parameters
         ----------
+        causes, noise : the list, and what is stated
         scale : standard deviation per specimen, shape (n,)
         columns : name to values of all specimens, along which effects may go
         """

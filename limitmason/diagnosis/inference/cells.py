@@ -166,7 +166,7 @@ class Cells:
         return out
 
     def rows(self, columns: Index) -> np.ndarray:
-        """Rows of the table, (len of columns, width), with products made when first wanted."""
+        """Rows of the table, (len of columns, width), products made when first wanted."""
         missing = np.unique(columns[~self.filled[columns]])
         d, at = self.d, self.columns
         step = max(1, HELD // max(2 * d * self.nodes.shape[1], 1))

@@ -18,6 +18,7 @@ JOINT = (1.0, 2.0)  # the same for all numeric covariates at once
 CONSTANT, TOGETHER = "nothing recorded", "several covariates"
 TINY = 1e-14  # of the largest eigenvalue of a kernel: smaller ones are rounding
 BATCH = 256  # data sets that are weighed at once
+SURE = 3.0  # standard errors by which the slope along its own contrast must differ from 0, and at most from 1
 
 
 class Discrepancy:
@@ -161,6 +162,32 @@ class Discrepancy:
             covariance = np.linalg.inv(np.eye(len(rows)) - b[rows] @ b[rows].T)
             miss[rows], spread[rows] = covariance @ pull[rows], np.diag(covariance)
         return miss, spread
+
+
+def dosed(slope: float, error: float) -> bool:
+    """Whether the share of an effect, with its standard error [-], is sure and near 1."""
+    return slope >= SURE * error and abs(slope - 1.0) <= SURE * error
+
+
+def dose_of(
+    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, data: np.ndarray, sd: float
+) -> tuple[float, float]:
+    """Share of the fitted effect that no bias could make, and its standard error [-].
+
+    The contrast is the part of the effect that is left when the nearest bias and the measured inputs have taken all
+    they can. A share of 1 is all of the effect, 0 none.
+
+    Parameters
+    ----------
+    effect, data, sd : both whitened, shape (n,); noise in stated units [-]
+    slopes : J in units of the noise, shape (n, number of measured inputs)
+    """
+    contrast = discrepancy.weighted(discrepancy.best(effect / sd, Likelihood()), effect)
+    reach = float(contrast @ effect)
+    if reach <= 0.0:
+        return 0.0, float("inf")
+    spread = float(contrast @ contrast + np.square(contrast @ slopes).sum())  # of noise and measured inputs
+    return float(contrast @ data) / reach, sd * float(np.sqrt(spread)) / reach
 
 
 def _thin(factor: np.ndarray) -> np.ndarray:

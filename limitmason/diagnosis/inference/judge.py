@@ -16,10 +16,9 @@ from scipy.special import chdtri
 from limitmason.diagnosis.inference.bootstrap import share_of
 from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.discrepancy import Discrepancy
+from limitmason.diagnosis.inference.discrepancy import dose_of, dosed
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, by_kind
 from limitmason.diagnosis.inference.gain import left_out
-from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.rivals import DRIFT, Rivals
@@ -29,7 +28,6 @@ from limitmason.diagnosis.inference.verdict import CONDITIONS, Identification, R
 ROUNDS = 6  # of renewed tables of pairs
 PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as much as noise alone
 DRAWN = 699  # data sets drawn from the explanation: its own distribution of the excess
-SURE = 3.0  # standard errors by which the slope along its own contrast must differ from 0, and at most from 1
 LEVER = 2.0  # log-likelihood by which a name must beat every listed lever with another dependence
 CLOSE = 1e-6  # log-likelihood that rounding may be
 ODDS = 3.0  # the same over a drift in an order that is not recorded: 20 to 1
@@ -165,9 +163,10 @@ class Judge:
         shared : columns whose labels may share noise; None are the circumstances of the tests
         renewed : checks the tables of pairs that a verdict hangs on, and says whether one was replaced
         """
+        # shares of the noise beside the baseline, the gate with them, and for an alarm shares beside its best cause
         shares = estimated_shares(self.design, y, shared)
         alarm = ConfidenceSet(self.carrying(shares).design, draws, self.rule).alarm(y, self.unstated)
-        if alarm.kind == VerdictKind.UNEXPLAINED and shares.estimated:  # beside the best explanation
+        if alarm.kind == VerdictKind.UNEXPLAINED and shares.estimated:
             shares = estimated_shares(self.design, y, shared, price=alarm.critical_gain)
         judge = self.carrying(shares)
         verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
@@ -176,7 +175,7 @@ class Judge:
             if not renewed(judge.design, verdict):
                 break
             if judge is not self:
-                self.design.forget_pairs()
+                self.design.forget_pairs()  # the design of independent noise has grids of the wrong tables too
             verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
         for names in verdict.pairs:
             self.design.grid(names)  # made now: a closed design makes no table
@@ -207,21 +206,24 @@ class Judge:
         return replace(verdict, rehearsed=self.missing(sd))
 
     def _with_identification(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
-        """The verdict with its one name identified.
+        """The verdict with the record of its one explanation, if it has just one.
 
-        "Behaves like" where the record does not hold; withdrawn where residuals keep a trend or a kind of data
-        rejects it.
+        It becomes "behaves like" where a condition of the record is missing. It is withdrawn where its residuals keep a
+        model discrepancy, or a kind of data that should show the effect does not.
 
         Parameters
         ----------
+        decision : draws data from explanations
+        verdict : of the confidence set
+        y : whitened data, per specimen, shape (n,)
         pairs : whether two causes may be tried
         """
-        if len(verdict.kept) != 1:
+        if len(verdict.kept) != 1:  # nothing is named, or a set
             return verdict
         record: Identification | None = self.identification_of(decision, verdict, y)
         if record is not None and len(record.names) == 1:
             verdict, record = self._second_look(decision, verdict, record, y, pairs)
-        if record is None:
+        if record is None:  # no single explanation is left
             return verdict
         if (verdict.pairs and record.structure < self.rule.structure) or any(k.absent for k in record.kinds):
             left = _left_structure(verdict, verdict.kept[0])
@@ -273,7 +275,8 @@ class Judge:
         A friction that differs by direction acts through one lever, and two listed causes together can imitate it. A
         pair must beat every such lever by as much as a single name must.
         """
-        rivals, rivalled, nearest = self.rivals(self.noise(verdict)), list[Names](), (-np.inf, "")
+        rivals, rivalled = self.rivals(self.noise(verdict)), list[Names]()
+        nearest = (-np.inf, "")  # log evidence and name of the best lever among those that do as well
         for names in verdict.pairs:
             levers = rivals.levers(names)
             each = levers.each(self.design.turned(y)[None], self.design.like)[0] if levers.along else np.zeros(0)
@@ -304,11 +307,12 @@ class Judge:
         again = design.fit(names, drawn, z, replicate)
         # the inputs' own data are part of the draw: what the fit leaves of them is a shift of the values to first order
         shifted = drawn - z @ (rivals.slopes * rivals.sd).T
-        observed = float(rivals.excess(names, fit, data, parts=parts)[0])
-        over = rivals.excess(names, again, shifted, replicate, parts)
-        left, more = float(rivals.structure(names, fit)[0]), rivals.structure(names, again, replicate)
-        # chance of so small an excess, were the explanation true
-        p = share_of(over <= observed)
+        excess = float(rivals.excess(names, fit, data, parts=parts)[0])
+        drawn_excess = rivals.excess(names, again, shifted, replicate, parts)
+        structure = float(rivals.structure(names, fit)[0])
+        drawn_structure = rivals.structure(names, again, replicate)
+        # chance of so small an excess, were the explanation true, and what one would then expect
+        p, expected = share_of(drawn_excess <= excess), float(np.median(drawn_excess))
         slope, error = dose_of(discrepancy, rivals.slopes, effect, data, sd)
         kinds = by_kind(design, effect, y, verdict.null.residuals[0], fit.residuals[0], sd)
         together = len(names) == 1 and agree(kinds)
@@ -319,10 +323,10 @@ class Judge:
         by_fold = np.bincount(folds, weights=own - design.like.log_score(miss, spread * sd**2))
         ahead = float(by_fold.sum())
         ahead_error = float(np.sqrt(len(by_fold)) * by_fold.std(ddof=1)) if len(by_fold) > 1 else 0.0
-        holds = {
-            "lever": float(np.median(over)) >= margin,
+        holds = {  # by the names of ``CONDITIONS``
+            "lever": expected >= margin,
             "dose": dosed(slope, error),
-            "excess": observed >= margin,
+            "excess": excess >= margin,
             "usual": p >= rule.usual,
             "left out": float(np.sum(own - base)) > 0.0 and ahead + ahead_error >= 0.0,
             "rival levers": beyond >= asked,
@@ -330,10 +334,10 @@ class Judge:
         }
         return Identification(
             names=names, missing=tuple(name for name in CONDITIONS if not holds[name]),
-            along=discrepancy.along[nearest], excess=observed, margin=margin, expected=float(np.median(over)),
-            chance=float(np.mean(over >= margin)), p=p, slope=slope, slope_error=error, ahead=ahead,
-            ahead_error=ahead_error, structure=share_of(more >= left), kinds=kinds, rival=rival, rival_excess=beyond,
-            alone=design.alone,
+            along=discrepancy.along[nearest], excess=excess, margin=margin, expected=expected,
+            chance=float(np.mean(drawn_excess >= margin)), p=p, slope=slope, slope_error=error, ahead=ahead,
+            ahead_error=ahead_error, structure=share_of(drawn_structure >= structure), kinds=kinds, rival=rival,
+            rival_excess=beyond, alone=design.alone,
         )
 
     def _second_gains(self, verdict: Verdict, names: Names, y: np.ndarray) -> float:
@@ -349,6 +353,17 @@ class Judge:
 
         Pairs are tried where the residuals ask for them. A pair counts if it gains more over the single name than the
         best of all second causes would by chance.
+
+        Parameters
+        ----------
+        decision : the confidence set, which tries pairs
+        verdict, record : the single name, and what stands behind it
+        y : whitened data, per specimen, shape (n,)
+        pairs : whether pairs may be tried
+
+        Returns
+        -------
+        verdict, record : as they were, or of what is left: a pair, several (record None), or nothing (record None)
         """
         # better: whether something is known to do better than the single name, here structure in its residuals
         names, better = record.names, record.structure < self.rule.structure
@@ -372,29 +387,3 @@ class Judge:
 def _left_structure(verdict: Verdict, names: Names) -> Verdict:
     """The verdict without its one explanation, which leaves a model discrepancy."""
     return replace(verdict.without([names]), withdrawn=(), structured=(names,))
-
-
-def dosed(slope: float, error: float) -> bool:
-    """Whether the share of an effect, with its standard error [-], is sure and near 1."""
-    return slope >= SURE * error and abs(slope - 1.0) <= SURE * error
-
-
-def dose_of(
-    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, data: np.ndarray, sd: float
-) -> tuple[float, float]:
-    """Share of the fitted effect that no bias could make, and its standard error [-].
-
-    The contrast is the part of the effect that is left when the nearest bias and the measured inputs have taken all
-    they can. A share of 1 is all of the effect, 0 none.
-
-    Parameters
-    ----------
-    effect, data, sd : both whitened, shape (n,); noise in stated units [-]
-    slopes : J in units of the noise, shape (n, number of measured inputs)
-    """
-    contrast = discrepancy.weighted(discrepancy.best(effect / sd, Likelihood()), effect)
-    reach = float(contrast @ effect)
-    if reach <= 0.0:
-        return 0.0, float("inf")
-    spread = float(contrast @ contrast + np.square(contrast @ slopes).sum())  # of noise and measured inputs
-    return float(contrast @ data) / reach, sd * float(np.sqrt(spread)) / reach

@@ -129,24 +129,24 @@ class Rivals:
         return out
 
     def _acting(
-        self, effects: Mapping[str, np.ndarray], ways: Mapping[str, list[np.ndarray]], amplitudes: Sequence[float]
+        self, effects: Mapping[str, np.ndarray], varying: Mapping[str, list[np.ndarray]], amplitudes: Sequence[float]
     ) -> Discrepancy:
         """Effects, at a mean square of one, times unknown factors by columns.
 
         Parameters
         ----------
         effects : whitened effect of every lever at its largest size, shape (n,)
-        ways : factors by column, shape (n, r) each
-        amplitudes : sizes that are tried [-]
+        varying : how they may differ along each column, see :func:`dependences`: factors, shape (n, r) each
+        amplitudes : root mean squares of a lever that are tried, in units of the noise
         """
         along, factors = [], []
         for name, effect in effects.items():
             size = float(np.sqrt(np.mean(effect**2)))
             if size <= _UNFELT:
                 continue
-            for column, parts in ways.items():
+            for column, parts in varying.items():
                 for part in parts:
-                    lever = self.design.turned(effect / size * part.T).T
+                    lever = self.design.turned(effect / size * part.T).T  # F of the bias but for its amplitude, (n, r)
                     for amplitude in amplitudes:
                         along.append(f"{name} by {column}")
                         factors.append(amplitude * lever)

@@ -150,7 +150,8 @@ class Components:
     def _weight(self, shares: Mapping[str, float]) -> tuple[np.ndarray, float]:
         """M with (C + J J')^-1 = (I - A M A') / s, and log det(C) / 2, for given shares.
 
-        A = [Z, J] holds all labels and slopes side by side; M is square in its columns.
+        A = [Z, J] holds all labels and slopes side by side, and V is the diagonal of shares and of ones for slopes. By
+        Woodbury (s I + A V A')^-1 gives M = R (I + R A'A R)^-1 R with R = (V / s)^0.5.
         """
         rest = 1.0 - sum(shares.values())
         variance = np.zeros(len(self._products))
@@ -262,7 +263,7 @@ def alike(covariates: Mapping[str, Sequence]) -> list[int] | None:
         return None
     apart = np.sqrt(sum(parts))
     n = len(apart)
-    condensed = apart[np.triu_indices(n, 1)]
+    condensed = apart[np.triu_indices(n, 1)]  # each pair once, as linkage takes distances
     labels = fcluster(linkage(condensed, "average"), max(2, round(n / ALIKE)), "maxclust")
     return [int(v) for v in labels] if len(set(labels)) > 1 else None
 
