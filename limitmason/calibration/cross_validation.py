@@ -134,7 +134,7 @@ def left_out(
         kept = np.array([g != name for g in groups])
         # the others, and what is left out
         rest, gone = objective.only(kept), objective.only(~kept)
-        slopes = information.slopes[kept]
+        slopes = information.slopes[kept]  # at the fit to all: the fit to the rest begins with them
         found, _ = descend(rest, _toward_start(rest, best, slopes), min(most, STEPS), slopes)
         spread = information.of(kept, rest.variance(found)).covariance
         seen = information.slopes[~kept] * gone.deviation[:, None]

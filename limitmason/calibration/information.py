@@ -65,10 +65,11 @@ class Information(ReadOnly):
     sides: Array
 
     def _parts(self, slopes: Array | None = None) -> tuple[Array, Array]:
-        """Deviation of every principal move in resolutions, infinite where unseen, and the moves, shape (p, p).
+        """Principal moves of the parameters, and how well the data hold each of them.
 
-        Principal moves are the right singular vectors of the slopes per resolution, U S V^T. A move of one unit changes
-        the residuals by its singular value s, so that its deviation is sqrt(variance) / s.
+        A move has one component per parameter, counted in that parameter's resolution. Principal moves are  the right
+        singular vectors of the slopes per resolution, U S V^T. A move of one unit changes the residuals by its singular
+        value s, so that its deviation is sqrt(variance) / s.
 
         Parameters
         ----------
@@ -76,7 +77,7 @@ class Information(ReadOnly):
 
         Returns
         -------
-        size, moves : shape (p,), and one move a row
+        size, moves : deviation of each move in resolutions, infinite where unseen, (p,); one move a row, (p, p)
         """
         p = len(self.scale)
         # rows of zeros: with fewer data than parameters the moves that no datum sees are vectors too
@@ -97,13 +98,17 @@ class Information(ReadOnly):
         """
         size, moves = self._parts(slopes)
         blind = np.isinf(size)
-        known = (np.where(blind, 0.0, size)[:, None] * moves) ** 2
+        # variance of every parameter by every move that is seen, (p, p); and whether an unseen one changes it
+        seen = (np.where(blind, 0.0, size)[:, None] * moves) ** 2
         hidden = (moves[blind] ** 2).sum(axis=0) > _PART**2
-        return np.where(hidden, inf, np.sqrt(known.sum(axis=0))) * self.scale.resolution
+        return np.where(hidden, inf, np.sqrt(seen.sum(axis=0))) * self.scale.resolution
 
     @property
     def _box(self) -> Array:
-        """Deviation of a value that is uniform between its bounds, width / sqrt(12), in resolutions, shape (p,)."""
+        """Deviation of a value uniform between its bounds, in resolutions, shape (p,).
+
+        It is width / sqrt(12).
+        """
         return np.asarray((self.scale.high - self.scale.low) / np.sqrt(12.0) / self.scale.resolution)
 
     @property
@@ -153,12 +158,12 @@ class Information(ReadOnly):
 
     @property
     def identified(self) -> Flags:
-        """Whether the Fisher deviation of each parameter stays within its resolution, shape (p,)."""
+        """Whether the deviation of each parameter is within its resolution, shape (p,)."""
         return np.asarray(self.deviation <= self.scale.resolution)
 
     @property
     def unresolved_directions(self) -> tuple[UnresolvedDirection, ...]:
-        """Principal moves wider than the resolution that some unidentified parameter joins.
+        """Principal moves wider than the resolution, joined by an unidentified parameter.
 
         A move of unit length is cut at the deviation of a value that is uniform between its bounds. A parameter with a
         component of 0.1 or less takes no part in it. Parameters on a logarithmic scale are told as factors.
@@ -175,8 +180,8 @@ class Information(ReadOnly):
             taking = sorted((k for k in range(len(v)) if abs(v[k]) > _TAKES), key=lambda k: -abs(v[k]))
             own = [(p.name, p.log, float(x)) for p, x in zip(self.scale.parameters, step, strict=True)]
             shown = {name: exp(x) if log else x for name, log, x in (own[k] for k in taking)}
-            even = tuple(name for name, log, _ in own if name in shown and not log)
-            out.append(UnresolvedDirection(shown, float(d), even))
+            linear = tuple(name for name, log, _ in own if name in shown and not log)
+            out.append(UnresolvedDirection(moves=shown, deviation=float(d), differences=linear))
         return tuple(out)
 
     def with_slopes(self, more: Array) -> Information:

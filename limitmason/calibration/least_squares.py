@@ -132,9 +132,10 @@ def secants(objective: Objective, x: Array, r: Array, moves: Array, axes: Sequen
 
 
 def one_deviation(objective: Objective, x: Array, slopes: Array, most: Array, best: Minimum) -> Array:
-    """Move of every parameter that changes the residuals by one standard deviation, within limits, shape (p,).
+    """Move of every parameter that changes the residuals by one deviation, shape (p,).
 
-    With J_k the slopes of all residuals with parameter k and s^2 the variance of the residuals, it is s / |J_k|.
+    It stays within limits. With J_k the slopes of all residuals with parameter k and s^2 the variance of the residuals,
+    it is s / |J_k|.
 
     Parameters
     ----------
@@ -329,7 +330,7 @@ def searched(objective: Objective, effort: SearchSettings) -> tuple[Minimum, Arr
     apart = np.linalg.norm(place[:, None] - place[None], axis=2)
     # itself and as many as there are along the axes to either side
     near = np.argsort(apart, axis=1, kind="stable")[:, : 2 * len(scale) + 1]
-    # starts that lie lower than their nearest neighbours
+    # starts that lie lower than their nearest neighbours, by their place in the order of costs: no two are equal
     rank = np.argsort(np.argsort(cost, kind="stable"))
     lowest = [k for k in np.argsort(cost, kind="stable") if rank[k] == rank[near[k]].min()][: effort.starts]
     # the lowest start first: what its search finds ends later ones that lead there

@@ -119,7 +119,7 @@ class Objective(ReadOnly):
         return part
 
     def predicted(self, points: Sequence[Array]) -> Array:
-        """Predictions of all entries at several vectors of parameters, shape (k, n), or NaN where there is none.
+        """Predictions of all entries at k vectors of parameters, shape (k, n), or NaN.
 
         Parameters
         ----------
@@ -131,9 +131,10 @@ class Objective(ReadOnly):
         return np.array([[row[m][p] for m, p in zip(at, self.place_of, strict=True)] for row in found])
 
     def residuals(self, points: Sequence[Array]) -> Array:
-        """Misfits in standard deviations at several points, shape (k, n), ``LOST`` where the model gives no number.
+        """Misfits in standard deviations at several points, shape (k, n).
 
-        ``points`` are vectors of parameters on the scale of the fit, shape (p,) each.
+        They are ``LOST`` where the model gives no number. ``points`` are vectors of parameters on the scale of the fit,
+        shape (p,) each.
         """
         found = self.predicted(points)
         raw = np.array([[e.misfit(v) for e, v in zip(self.entries, row, strict=True)] for row in found])
@@ -147,7 +148,9 @@ class Objective(ReadOnly):
         return np.asarray(self.residuals([x])[0])
 
     def refuse_lost(self, best: Minimum) -> None:
-        """Refuse a minimum at which the model gives no number for a target: what is left would pass for a fit.
+        """Refuse a minimum at which the model gives no number for a target.
+
+        What is left of the targets would pass for a fit.
 
         Parameters
         ----------
@@ -172,7 +175,7 @@ class Objective(ReadOnly):
         )
 
     def say(self, stage: str, *, now: bool = False) -> None:
-        """Name the stage for the lines of progress; ``now`` writes one at once, with the best values so far."""
+        """Name the stage for lines of progress, and write one ``now`` if asked."""
         self.runs.stage, self.runs.best = stage, self._so_far()
         if now:
             noted(stage + self.runs.best)

@@ -28,7 +28,9 @@ _REGULAR = 1e-10  # of the largest square of slopes: keeps J^T J regular where t
 
 
 def profile(objective: Objective, best: Minimum, slopes: Slopes, rise: float) -> Array:
-    """Interval of every parameter on the scale of the fit, shape (p, 2), infinite where a bound comes first.
+    """Interval of every parameter on the scale of the fit, shape (p, 2).
+
+    An end is infinite where a bound comes first.
 
     An end encloses every point tried so far whose sum of squares exceeds the best by at most ``rise``. Minima apart
     from each other then lie in one interval. What later runs, for other ends, find within is not looked at again.
@@ -125,7 +127,7 @@ def end(objective: Objective, best: Minimum, slopes: Slopes, axis: int, sign: in
 
 
 def _aside(slopes: Slopes) -> Array:
-    """Moves of the parameters over one deviation, to the side that the data see better, shape (p,).
+    """Moves of the parameters over one deviation, to the better seen side, shape (p,).
 
     On that side the move is shorter; on a side without room it is zero, and the other one counts.
     """
@@ -133,7 +135,7 @@ def _aside(slopes: Slopes) -> Array:
 
 
 def _outermost(objective: Objective, best: Minimum, limit: float, axis: int, sign: int) -> Minimum:
-    """The point tried that lies furthest along an axis with a sum of squares within a limit, or the best.
+    """The furthest point tried along an axis with squares within a limit, or the best.
 
     Parameters
     ----------
@@ -148,7 +150,7 @@ def _outermost(objective: Objective, best: Minimum, limit: float, axis: int, sig
 
 
 def _nearby(objective: Objective, at: Minimum, guess: Array, slopes: Slopes) -> Array:
-    """Slopes at a point, from those elsewhere and what the nearest points tried have shown.
+    """Slopes at a point, from those elsewhere and the nearest points tried, (n, p).
 
     Parameters
     ----------
@@ -168,7 +170,7 @@ def _nearby(objective: Objective, at: Minimum, guess: Array, slopes: Slopes) -> 
 
 
 def furthest(j: Array, r: Array, limit: float, axis: int, sign: int, low: Array, high: Array) -> Array:
-    """Move that takes one parameter furthest while |r + j d|^2 stays within a limit, in a box.
+    """Move d in a box that takes one parameter furthest with |r + j d|^2 in a limit.
 
     With C = (J^T J)^-1, centre m = -C J^T r and reach s = limit - |r + J m|^2, the furthest point of the ellipsoid
     along axis k is m + C_k / C_kk sqrt(s C_kk). Another parameter that leaves the box is held at its end, and the point

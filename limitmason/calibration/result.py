@@ -316,8 +316,8 @@ class Fit(ReadOnly):
                 raise InputError(f"the data do not see {name!r}: leave it out of refit")
             nuisance[name] = Measured(self.parameters[name], WIDE * strained * sd, own.bounds)
         simulate = Simulated(
-            tuple(p.runs.models), tuple(p.runs.readings), self.parameters, p.runs.ties,
-            tuple((*p.scale.names, *p.runs.ties.formulas)),
+            models=tuple(p.runs.models), readings=tuple(p.runs.readings), at=self.parameters, ties=p.runs.ties,
+            given=tuple((*p.scale.names, *p.runs.ties.formulas)),
         )
         entries = [p.entries[k] for k in kept]
         specimens = [
@@ -326,8 +326,9 @@ class Fit(ReadOnly):
         ]
         noise = Noise(tuple(float(s) for s in p.deviation[kept])) if p.known else Noise.unknown()
         study = Study(
-            specimens, simulate, [e.measured for e in entries], noise, nuisance, ("test", "quantity"),
-            levels=LEVELS, causes=tuple(causes), cache=cache, n_jobs=p.runs.workers,
+            specimens=specimens, simulate=simulate, measured=[e.measured for e in entries], noise=noise,
+            nuisance=nuisance, covariates=("test", "quantity"), levels=LEVELS, causes=tuple(causes), cache=cache,
+            n_jobs=p.runs.workers,
         )
         return study.diagnose(seed=seed, **options)
 

@@ -73,7 +73,9 @@ class Runs:
         self.memo = Memo(store, key, kind=dict)
 
     def __call__(self, points: Sequence[Mapping[str, float]], of: Iterable[int]) -> list[list[Array]]:
-        """Numbers read of some models at every point, or NaN where a model refuses or finds no answer.
+        """Numbers read of some models at every point, one array per model.
+
+        They are NaN where a model refuses or finds no answer.
 
         Parameters
         ----------
@@ -106,7 +108,10 @@ class Runs:
         return (m, *self._taken(m, point).values())
 
     def _run(self, missing: Mapping[tuple[int | float, ...], dict[str, Any]]) -> None:
-        """Run what is missing, parameters by key, and keep it; the clock and the bar go on."""
+        """Run what is missing and keep it, while the clock and the bar go on.
+
+        ``missing`` holds the arguments of :func:`_one` by the key of the run.
+        """
         clock, before = time.perf_counter(), self.calls
         for _ in self.memo.map(_one, missing, executor=self.executor, workers=self.workers):
             self.calls += 1
@@ -115,7 +120,10 @@ class Runs:
         self.seconds += time.perf_counter() - clock
 
     def tell(self, best: str) -> None:
-        """Write a line of progress where runs were made since the last one, with the best values in words."""
+        """Write a line of progress where runs were made since the last one.
+
+        ``best`` are the best values in words.
+        """
         self.best, news, self.told = best, self.calls > self.told, self.calls
         if news and self.progress is not None:
             left = f", about {self.seconds / self.calls * self.left:.0f} s left" if self.left else ""

@@ -176,7 +176,7 @@ class Entry(NamedTuple):
 
 
 def feature(curve: Curve, what: str, at: float) -> float:
-    """A feature of a curve in its own units, or NaN where it has none or ends before ``at``.
+    """A feature of a curve in its units, NaN where it has none or ends before ``at``.
 
     Parameters
     ----------
@@ -246,7 +246,7 @@ def entries_of(test: str, name: str, target: Any) -> list[Entry]:
 
 
 def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
-    """Entries of what is asked of a measured curve: features, and loads at displacements.
+    """Entries that a measured curve asks for: features, and loads at displacements.
 
     Parameters
     ----------

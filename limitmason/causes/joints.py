@@ -65,7 +65,10 @@ def head_joint_friction(factor: float, assembly: Assembly, loads: Loads) -> Mode
 
 
 def _positive_stresses(*, reference_stress: float, least_stress: float) -> Mapping[str, str]:
-    """Refuse stresses that are not positive: a power of their ratio is taken. No field of the cause depends on them."""
+    """Refuse stresses that are not positive: a power of their ratio is taken.
+
+    No field of the cause depends on them.
+    """
     if not (reference_stress > 0 and least_stress > 0):
         raise InputError("reference_stress [Pa] and least_stress [-] must be positive")
     return {}
@@ -275,7 +278,10 @@ def bond_strength(factor: float, assembly: Assembly, loads: Loads) -> Model:
 
 
 def _stiffness_of(*, kinds: Iterable[str], joint: Sequence[str] | None) -> Mapping[str, Any]:
-    """Name, parameter and physics of the cause for some kinds of joints, or one joint; those declared for all kinds."""
+    """Name, parameter and physics of the cause for some kinds of joints, or one joint.
+
+    For all kinds they are those declared, and nothing is returned.
+    """
     kinds = tuple(kinds)
     if joint is not None:
         called = "|".join(joint)

@@ -55,6 +55,7 @@ def overload_magnitude(factor: float, assembly: Assembly, loads: Loads, *, inert
     extra = overload_of(assembly, loads)
     live, live_arms = np.array(loads.live), np.array(loads.live_arms)
     if inertial:
+        # the part of the live load that goes with the blocks' own weight stays
         body = np.zeros_like(live)
         body[:, :3] = assembly.weights[:, None] * shared_acceleration(assembly, loads)
         loaded = (extra != 0).any(axis=1)

@@ -105,7 +105,9 @@ def block_density(factor: float, assembly: Assembly, loads: Loads, *, blocks: Se
 def missing_unit(
     share: float, assembly: Assembly, loads: Loads, *, unit: str | None = None, direction: Direction | None = None
 ) -> Model:
-    """A unit of which a share [-] is missing, over its whole face and from both sides of the wall.
+    """A unit of which a share [-] is missing.
+
+    It is missing over the unit's whole face, and from both sides of the wall.
 
     Parameters
     ----------
@@ -116,12 +118,12 @@ def missing_unit(
         middle = np.linalg.norm(assembly.centroids - assembly.centroids.mean(axis=0), axis=1)
         unit = assembly.blocks[int(np.argmin(np.where(assembly.held.all(axis=1), np.inf, middle)))].name
     k = assembly.block_index(unit)
-    light, lighter = block_density(blocks=(unit,)).apply(1.0 - share, assembly, loads)  # type: ignore[misc]
+    light, light_loads = block_density(blocks=(unit,)).apply(1.0 - share, assembly, loads)  # type: ignore[misc]
     across = _across_the_wall(assembly, k) if direction is None else direction
     thin = with_part_of_thickness(light, 1.0 - share, across).interfaces
     laid = zip(light.interfaces, thin, strict=True)
     changed = [there if k in (i.block_a, i.block_b) else i for i, there in laid]
-    return light.with_interfaces(changed), lighter
+    return light.with_interfaces(changed), light_loads
 
 
 def _across_the_wall(assembly: Assembly, k: int) -> Array:

@@ -15,7 +15,7 @@ Direction = tuple[float, float, float]
 
 
 def turned(loads: Loads, case: str, rotation: Array) -> dict[str, Any]:
-    """Dead or live loads whose forces turn about their points of application, which stay.
+    """Dead or live loads whose forces turn about their points of application.
 
     Free couples turn along. A force whose moment is not told by its arms acts at the point of its line nearest the
     centroid.
@@ -31,15 +31,20 @@ def turned(loads: Loads, case: str, rotation: Array) -> dict[str, Any]:
         Fields of ``Loads`` by name: wrenches [N, N m], shape (n, 6), and arms, the sum of r f^T [N m], (n, 3, 3)
     """
     wrench, arms = getattr(loads, case), getattr(loads, f"{case}_arms")
-    force, loose = wrench[:, :3], wrench[:, 3:] - axial(arms)
-    arm, new, arms = _arm(force, loose), force @ rotation.T, arms @ rotation.T
-    couple = loose - np.cross(arm, force)
+    # the moment that the arms do not tell: of a force at the nearest point of its line, and a free couple
+    force, untold = wrench[:, :3], wrench[:, 3:] - axial(arms)
+    arm = _arm(force, untold)
+    couple = untold - np.cross(arm, force)
+    new, arms = force @ rotation.T, arms @ rotation.T
     moment = axial(arms) + np.cross(arm, new) + couple @ rotation.T
     return {case: np.hstack([new, moment]), f"{case}_arms": arms}
 
 
 def _arm(force: Array, moment: Array) -> Array:
-    """From the centroid to the line of action of each force, F x M / |F|^2 [m], zero where there is no force."""
+    """Arm from the centroid to the line of action of each force [m], shape (n, 3).
+
+    It is F x M / |F|^2, and zero where there is no force.
+    """
     square = (force**2).sum(axis=1, keepdims=True)
     return np.divide(np.cross(force, moment), square, out=np.zeros_like(force), where=square > 0)
 
@@ -52,7 +57,7 @@ def self_weight(assembly: Assembly) -> Array:
 
 
 def shared_acceleration(assembly: Assembly, loads: Loads) -> Array:
-    """Live force over weight that most blocks have in common, in units of g, shape (3,).
+    """Live force over weight that most blocks have in common, over g, shape (3,).
 
     It is zero where there is none. Only forces at the centroid count, as body forces act there. Of a single block under
     a force at its centroid nobody can tell whether it is a body force: it is taken as one.
@@ -102,6 +107,12 @@ def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLik
 
     Self weight, and the live load in proportion to it that most blocks share, follow the new weights. All other forces
     stay; their points of application move with the size.
+
+    Parameters
+    ----------
+    old, new : the assembly before and after
+    loads : on the old one
+    factors : of the size of every block along x, y and z [-], by which arms from its centroid grow
     """
     share = shared_acceleration(old, loads)
     out: dict[str, Any] = {}
@@ -110,6 +121,7 @@ def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLik
         body = np.zeros_like(wrench)
         body[:, :3] = old.weights[:, None] * per_weight
         rest = _beyond_rounding(wrench - body, wrench)
+        # all but body forces
         force, moment = rest[:, :3], rest[:, 3:]
         # arms grow with the size of the block, and with them the moments
         further = np.asarray(factors) - 1.0

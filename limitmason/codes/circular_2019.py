@@ -182,13 +182,15 @@ def assess(
     alpha = None if curve is None else curve.load / float(getattr(curve, "unit", 1.0))
     # a control that moves against its axis has a curve below zero
     path = None if curve is None else (np.sign(curve.displacement[-1]) * curve.displacement, np.asarray(alpha))
+    # the blocks of every body of the chain, then every block as a body of its own
     readings = []
     for groups in (chain, [[i] for body in chain for i in body]):
         pushed = np.array([weight[g].sum() for g in groups])
         # of the live load's resultant on each; a body without any counts with no displacement
         delta = np.array([weight[g] @ moved[g] for g in groups]) / np.where(pushed > 0.0, pushed, 1.0)
-        found_of = capacity_of(pushed, delta, at_control, found.collapse_multiplier, path, spectra, confidence_factor)
-        readings.append(found_of)
+        readings.append(capacity_of(
+            pushed, delta, at_control, found.collapse_multiplier, path, spectra, confidence_factor
+        ))
     notes = _warnings(twists, np.cbrt(assembly.volumes), readings)
     return Assessment(
         multiplier=float(found.collapse_multiplier), bodies=readings[0], stones=readings[1],
@@ -213,7 +215,10 @@ def _check_weights(assembly: Assembly, loads: Loads) -> None:
 
 
 def _check_units(curve: Curve) -> None:
-    """Refuse a curve that is not over metres, or is of forces and does not know its ``unit``, that at alpha = 1."""
+    """Refuse a curve that is not over metres, or is of forces in an unknown unit.
+
+    A curve of forces must have ``unit``, its force at alpha = 1.
+    """
     if curve.displacement_unit != "m" or (curve.load_unit != "-" and not hasattr(curve, "unit")):
         raise InputError(
             f"curve: it is in {curve.load_unit} over {curve.displacement_unit}; alpha has load_unit='-', over m: "
@@ -235,7 +240,7 @@ def _spectra(spectrum: Spectrum | Mapping[str, Spectrum]) -> dict[str, Spectrum]
 
 
 def _warnings(twists: Array, size: Array, readings: Sequence[Capacity]) -> tuple[str, ...]:
-    """Where readings by bodies and by blocks differ, and where blocks turn about several axes.
+    """Warnings where e* by bodies and by stones differ, and where axes of turn do.
 
     Parameters
     ----------

@@ -111,8 +111,7 @@ def capacity_of(
     # ground whose peak sets the mechanism in motion: that is SLD, and by q = 2 half of SLV
     in_motion = {state: _reached(spectra[state], lambda s: peak_of(s) - a0) for state in ("SLD", "SLV")}
     d0, ag = math.nan, {"SLD": in_motion["SLD"]}
-    d: dict[str, float] = {}
-    a, period = dict(d), dict(d)
+    d, a, period = dict[str, float](), dict[str, float](), dict[str, float]()  # empty without a curve
     if path is not None:
         along, acceleration = path[0] * abs(second / (at_control * first)), path[1] * to_a
         d0 = _zero(along, acceleration)
@@ -132,13 +131,17 @@ def capacity_of(
 
 
 def _excess(period: float, damping: float, displacement: float, spectrum: Spectrum) -> float:
-    """Displacement that a spectrum asks for at a period [s] and damping [-], over the one that is there [m]."""
+    """Displacement that a spectrum asks for, less the one that is there [m].
+
+    It is asked for at a period [s] and a damping [-].
+    """
     return spectrum.displacement(period, damping) - displacement
 
 
 def _reached(spectrum: Spectrum, excess: Callable[[Spectrum], float]) -> float:
-    """Least acceleration of the ground over g at which a demand is what is there, or infinite from 2 g on.
+    """Least acceleration of the ground over g at which the demand meets the capacity.
 
+    It is infinite where none up to 2 g does.
     On soil D the peak ag S falls between two accelerations, so that there may be three. A record's demand has one.
 
     Parameters
@@ -155,7 +158,9 @@ def _reached(spectrum: Spectrum, excess: Callable[[Spectrum], float]) -> float:
 
 
 def _zero(along: Array, a: Array) -> float:
-    """Displacement behind the peak at which the curve comes down to zero, between two samples.
+    """Displacement behind the peak at which the curve comes down to zero [m].
+
+    It lies between two samples, on the line through them.
 
     Parameters
     ----------
@@ -173,7 +178,9 @@ def _zero(along: Array, a: Array) -> float:
 
 
 def _lost_at(along: Array, a: Array, d0: float) -> int | None:
-    """Sample from which more than half of the capacity is lost at once, over a hundredth of d0 at most.
+    """Number of the sample from which more than half of the capacity is lost at once.
+
+    At once is over a hundredth of d0 at most. None where no such loss is.
 
     Parameters
     ----------
@@ -193,7 +200,7 @@ def _lost_at(along: Array, a: Array, d0: float) -> int | None:
 
 
 def peak_of(spectrum: Any) -> float:
-    """Largest acceleration of what the mechanism stands on [m/s2]: a floor, the ground or a record."""
+    """Largest acceleration of what the mechanism stands on: floor, ground or record [m/s2]."""
     if isinstance(spectrum, FloorSpectrum):
         return math.sqrt(sum(a * a for a in spectrum.peaks()))
     if isinstance(spectrum, GroundSpectrum):

@@ -62,7 +62,10 @@ class SideBySide(Displayed, Tabular):
         return any(row.method == method for row in self.rows)
 
     def _lines(self) -> list[list[str]]:
-        """Cells of the table as text, the head first, with a row of the test and ratios to it where one is given."""
+        """Cells of the table as text, the head first.
+
+        Where a measurement is given it has a row, and ratios to it a column.
+        """
         head = ["method", "lambda", "range", "ratio to test", "status", "s", "what it is"]
         lines = [head]
         for r in self.rows:
@@ -302,7 +305,7 @@ def measured_range(measured: float | Sequence[float] | None) -> tuple[float, flo
 
 
 def _solve(assembly: Assembly, loads: Loads, method: str, settings: Mapping[str, Any], proven: float | None) -> Row:
-    """Row of one method: its prediction, its range, and a proven range where one is asked for.
+    """Row of one method: its prediction and range, which is proven where asked for.
 
     Parameters
     ----------

@@ -104,7 +104,10 @@ class Answers:
         return Finding(HOLDS if good else BROKEN, f"{demand} ({pair})", lower.method, theorem=True)
 
     def _simulation(self, row: Row) -> Finding | None:
-        """Where a simulation, by its ``row``, lies beside the admissible range; None where no theory was asked."""
+        """Where a simulation lies beside the admissible range, None without a theory.
+
+        ``row`` is its answer.
+        """
         upper, lower = self.upper, self.lower
         name = f"the {get_method(row.method).look.name}"
         value = f"{row.low:.5f} to {row.high:.5f}" if row.has_range else f"{row.multiplier:.5f}"

@@ -66,7 +66,7 @@ def run(
     solved: dict[tuple, Row] = {}
 
     def solve(options: Mapping[str, Any], direction: str, rule: str) -> Row:
-        """Row of the specimen in a direction; each is computed once, though several values may ask for it.
+        """Row of the specimen in a direction, computed once for all values that ask.
 
         Parameters
         ----------
@@ -119,7 +119,7 @@ def _quantities(asked: Iterable[str] | None, tests: Iterable[Experiment]) -> set
 
 
 def _flow_rule(target: TargetValue, method: str, asked: str | None) -> str | None:
-    """Flow rule to predict a value with, "" where the method has none, None to leave the value out.
+    """Flow rule to predict a value with, "" of a method without, None to leave it out.
 
     Parameters
     ----------

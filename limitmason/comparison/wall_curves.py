@@ -110,7 +110,7 @@ class WallCurve:
         return top + int(below[0]) if len(below) else len(force) - 1
 
     def inelastic(self, sample: int) -> list[float]:
-        """slips, slid, apart and past at a sample over the motion of the top [-], all less what is elastic.
+        """Inelastic slips, slid, apart and past at a sample over motion of the top [-].
 
         Elastic is what goes with the force, at the ratio of the first sample that has a tenth of the largest.
 
@@ -241,7 +241,9 @@ def curve_by_dem(test: Experiment, to: float) -> WallCurve:
 
 
 def shares(wall: Assembly, moved: Sequence[np.ndarray]) -> dict[str, Any]:
-    """slid, slips, apart and past of every sample, by the motions of its blocks since the dead load.
+    """Motions of joints at every sample, as fields of :class:`WallCurve` by name.
+
+    They are slid, slips, apart and past, by the motions of the blocks since the dead load.
 
     Parameters
     ----------

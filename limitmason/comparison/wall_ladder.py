@@ -176,7 +176,7 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
             unused = _UNUSED["formulas" if method == "formulas" else test.options["cracks"]]
             # each at one standard normal deviate above its median
             moved = [
-                solve(test.with_options(**{name: i.drawn(1.0)}))[0]
+                solve(test.with_options(**{name: i.drawn(1.0)})).force
                 for name, i in inputs_of(test.row).items() if name not in unused
             ]
             row["spread"] = float(np.linalg.norm(np.log(np.array(moved) / row["force"])))
@@ -187,14 +187,30 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
     return {**row, "seconds": time.process_time() - begun}
 
 
+class _Solved(NamedTuple):
+    """What a solver says of a wall, as in :class:`WallPrediction`.
+
+    Parameters
+    ----------
+    force : [kN]
+    rocks : force over that of the wall rocking in one piece, or 1 or 0 of what names the mode itself [-]
+    inside : mode by what gave way inside the wall
+    """
+
+    force: float
+    rocks: float
+    inside: str
+
+
 _UNUSED = {"formulas": ("fb",), "diagonal strength": ("fb",), "unit strength": ("ft",), "none": ("fb", "ft")}
 """Strengths of units and masonry that the formulas, or the cracks of a block model, do not ask for."""
 
 
-def _by_formulas(test: Experiment) -> tuple[float, float, str]:
-    """Smallest force by the formulas for piers [kN], 1.0 where that is rocking and else 0.0, and its mark.
+def _by_formulas(test: Experiment) -> _Solved:
+    """Smallest force by the formulas for piers.
 
-    The mark is SL for sliding and S for any other mode. The table has MPa and mm, formulas take Pa and m.
+    It rocks (1.0) where the formula of rocking gives it. The mode inside is SL where that of sliding does, else S. The
+    table has MPa and mm, formulas take Pa and m.
     """
     row = test.row
     forces = wall_forces(
@@ -205,45 +221,45 @@ def _by_formulas(test: Experiment) -> tuple[float, float, str]:
     )
     force = 1e-3 * float(forces.smallest)
     rocks = 1.0 if forces.governing == "rocking" else 0.0  # the formula that governs names the mode
-    return force, rocks, "SL" if forces.governing == "sliding" else "S"
+    return _Solved(force, rocks, inside="SL" if forces.governing == "sliding" else "S")
 
 
 def formulas_force(test: Experiment) -> float:
     """The smallest of the four formulas [kN]."""
-    return _by_formulas(test)[0]
+    return _by_formulas(test).force
 
 
-def _by_blocks(test: Experiment) -> tuple[float, float, str]:
-    """Force [kN], over that of rocking, and mode, by associative limit analysis."""
+def _by_blocks(test: Experiment) -> _Solved:
+    """Answer of associative limit analysis for a wall."""
     # walls of the database stood under their dead load: it need not be checked
     return _answer(test, whole_limit_analysis(test.assembly(), test.loads(), check_dead_load=False))
 
 
-def _without_dilatancy(test: Experiment) -> tuple[float, float, str]:
-    """Force [kN], over that of rocking, and mode, by the smallest non-associative multiplier that is found."""
+def _without_dilatancy(test: Experiment) -> _Solved:
+    """Answer for a wall by the smallest non-associative multiplier that is found."""
     wall, loads = test.assembly(), test.loads()  # points: no exact stress block goes without dilatancy
     return _answer(test, whole_limit_analysis(
         wall, loads, "non-associative", contact_model="grid", search="quick", time_limit=SEARCHED
     ))
 
 
-def _answer(test: Experiment, found: Prediction) -> tuple[float, float, str]:
-    """Force [kN], over that of rocking, and mode of a prediction under a live load of 1 kN."""
+def _answer(test: Experiment, found: Prediction) -> _Solved:
+    """Answer from a prediction under a live load of 1 kN: its multiplier is the force in kN."""
     force = float(found.collapse_multiplier)
     if not np.isfinite(force) or found.mechanism is None:
         raise NotConverged(f"{test.name}: {found.status}")
-    return force, force / rocking_force(test), mode_inside(test.assembly(), found.mechanism.twists)
+    return _Solved(force, force / rocking_force(test), mode_inside(test.assembly(), found.mechanism.twists))
 
 
-def _by_curve(test: Experiment, by: str = "pushover") -> tuple[float, float, str]:
-    """Peak force [kN], 1.0 where the wall rocks, and mode, of a capacity curve."""
+def _by_curve(test: Experiment, by: str = "pushover") -> _Solved:
+    """Answer for a wall by its capacity curve, which is followed ``by`` a method."""
     found = wall_curve(test, by=by)
     if not found.force:
         raise NotConverged(f"{test.name}: {found.status}")
-    return found.peak, 1.0 if found.mode == "F" else 0.0, found.mode  # the curve itself names the mode
+    return _Solved(found.peak, 1.0 if found.mode == "F" else 0.0, found.mode)  # the curve itself names the mode
 
 
-_SOLVERS: Mapping[str, Callable[[Experiment], tuple[float, float, str]]] = {
+_SOLVERS: Mapping[str, Callable[[Experiment], _Solved]] = {
     "formulas": _by_formulas, "first": _by_blocks, "extended": _by_blocks, "non-associative": _without_dilatancy,
     "pushover": _by_curve, "dem": partial(_by_curve, by="dem"),
 }

@@ -87,7 +87,7 @@ def joint_motions(assembly: Assembly, twists: ArrayLike) -> JointMotions:
         """Motion of the point of a block at a place [m], shape (3,)."""
         return moved[block, :3] + np.cross(moved[block, 3:], place - centroids[block])
 
-    # a top at rest gives zeros: motions are divided by infinity
+    # horizontal motion of the beam's underside; a top at rest gives zeros: motions are divided by infinity
     top = abs(velocity(beam, np.array([centroids[beam, 0], centroids[beam, 1], height]))[0]) or np.inf
     slip_at_level: dict[float, float] = {}
     apart = past = 0.0

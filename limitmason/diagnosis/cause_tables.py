@@ -39,7 +39,7 @@ class CauseTables:
     """
 
     def __init__(self, tabulator: Tabulator, pair_tables: str = "verified"):
-        """Begin without any table; each is made when it is first asked for.
+        """Begin without any table: each is made when it is first asked for.
 
         Parameters
         ----------
@@ -123,8 +123,11 @@ class CauseTables:
     def design(self, causes: tuple[Cause, ...], noise: Noise, scale: np.ndarray, columns: Mapping) -> Design:
         """All that the rule needs of a list of causes under a statement of the noise.
 
+        Tables are taken from the baseline prediction in units of the noise.
+
         Parameters
         ----------
+        causes, noise : the list, and what is stated
         scale : standard deviation per specimen, shape (n,)
         columns : name to values of all specimens, along which effects may go
         """
@@ -146,11 +149,10 @@ class CauseTables:
         )
 
     def replace_wrong_pairs(self, design: Design, verdict: Verdict) -> bool:
-        """Tabulate pairs near the best in full where wrong; True where one was.
+        """Replace additive tables of pairs that are wrong by full ones, True if any was.
 
-        What may be wrong is their additive table.
-
-        The check is at the fit and half-way to it, in units of the noise.
+        A table is compared with the simulator at the fit and half-way to it. It is wrong beyond ``PAIR_ERROR`` of the
+        noise.
 
         Parameters
         ----------
@@ -167,7 +169,7 @@ class CauseTables:
             first, second = by_name[names[0]], by_name[names[1]]
             key = frozenset((first, second))
             if key in self._true_pairs or (first.transforms and second.transforms):
-                continue
+                continue  # two causes of the measurement run no model together
             table = self.pair(first, second)
             z = tuple(float(np.clip(v, a[0], a[-1])) for v, a in zip(tested.z, table.z, strict=True))
             half = tuple(0.5 * (c.baseline + s) for c, s in zip((first, second), tested.sizes, strict=True))
@@ -216,6 +218,7 @@ class PoolGrids(dict):
         super().__init__()
         self.tested = tested
         rows = tested.tabulator.rows
+        # one entry for each quantity that is measured or planned, in the order of the rows of a specimen of the pool
         mean = [float(np.mean(scale[rows.column == k])) for k in range(len(rows.needed))]
         mean += [scatter for _, _, scatter in rows.planned.values()]
         self.scale = np.tile(mean, len(pool))

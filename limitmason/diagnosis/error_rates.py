@@ -102,7 +102,10 @@ class Rehearsal(Displayed):
 
 
 def outcome(verdict: Verdict, hidden: str | None) -> str:
-    """Which of ``OUTCOMES`` a verdict is when a cause (or nothing) was hidden."""
+    """Which of ``OUTCOMES`` a verdict is when a cause (or nothing) was hidden.
+
+    A verdict is distinct where one explanation is left that no smooth error of the model could imitate.
+    """
     if verdict.kind in ("none", "unexplained", "scatter"):
         return str(verdict.kind)
     if verdict.pairs:
@@ -173,7 +176,8 @@ def rehearse(
     """
     design = nothing.judge.design
     rng = np.random.default_rng([seed, _STREAM, design.n])
-    chances = Draws.make([seed, design.n], design.n, design.inputs, design.noise, DRAWS)
+    # errors of the bootstrap, the same for every trial
+    chances = Draws.make([seed, design.n], n=design.n, k=design.inputs, noise=design.noise, count=DRAWS)
     names = [p.cause.name for p in hidden if p.cause is not None]
     counts: dict[str, Counter] = {name: Counter() for name in ([] if missing else [NULL]) + names}
     answers: dict[str, Counter] = {name: Counter() for name in counts}
@@ -187,7 +191,7 @@ def rehearse(
         if chosen.cause is not None:
             low, high = chosen.ranges[int(rng.integers(len(chosen.ranges)))]
             size = low + (high - low) * rng.random()
-        inputs = rng.standard_normal(len(chosen.grid.z))
+        inputs = rng.standard_normal(len(chosen.grid.z))  # true inputs, in standard deviations from the measured ones
         expected = chosen.grid.between(position_of(chosen.grid, size, inputs))
         y = spread * (expected + rng.standard_normal(design.n))
         verdict = chosen.judge.judge_with_own_noise(y, chances, pairs)
@@ -200,4 +204,7 @@ def rehearse(
             said = " or ".join(verdict.causes) if verdict.causes else verdict.kind
             like = "behaves like " if verdict.kind == VerdictKind.BEHAVES_LIKE else ""
             progress(f"trial {trial + 1} of {n}: hidden {row}, found {like}{said}")
-    return Rehearsal({k: dict(v) for k, v in counts.items()}, n, {k: dict(v) for k, v in answers.items()}, missing)
+    return Rehearsal(
+        counts={k: dict(v) for k, v in counts.items()}, n=n, answers={k: dict(v) for k, v in answers.items()},
+        missing=missing,
+    )

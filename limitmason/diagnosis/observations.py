@@ -18,10 +18,7 @@ VALUE = "value"  # the quantity of a study that measured one number per specimen
 
 
 class EvidenceKind(StrEnum):
-    """Kinds of evidence.
-
-    Numbers of one kind may share an error of the instrument, of two kinds they do not.
-    """
+    """Kinds of evidence: an error of the instrument may be shared within one alone."""
 
     FORCE = "force"
     DEFORMATION = "deformation"
@@ -41,7 +38,7 @@ SIGNED = ("mode", "residual displacement")  # quantities that may be negative: c
 
 
 def _begins(quantity: str, words: Iterable[str]) -> bool:
-        return any(quantity.lower().startswith(word) for word in words)
+    return any(quantity.lower().startswith(word) for word in words)
 
 
 @dataclass(frozen=True)
@@ -88,6 +85,7 @@ class Observation:
     counted: tuple[int, float] | None = None
 
     def __post_init__(self) -> None:
+        """Take kind and link that are not stated from the name, and check every field."""
         choice(f"{self._called}: kind", self.kind, (*EvidenceKind, ""))
         choice(f"{self._called}: link", self.link, ("log", "identity", SEEN, ""))
         guessed = next((k for k, words in KIND_OF.items() if _begins(self.quantity, words)), EvidenceKind.FORCE)
@@ -198,18 +196,22 @@ class Rows:
         Those without a value are left out, unless nothing at all is measured yet. A quantity that has none is one that
         may be measured next.
 
+        Parameters
+        ----------
+        observed : in any order; each names its specimen by its name or its place among ``specimens``
+
         Raises
         ------
         InputError
             For a specimen that is not there, a number given twice, or a scatter stated for some rows only.
         """
-        seen_somewhere = {o.quantity for o in observed if not np.isnan(o.value)}
+        begun = {o.quantity for o in observed if not np.isnan(o.value)}
         planned = {o.quantity: (str(o.kind), o.link == "log", float(o.compared[1] or 0.0)) for o in observed
-                   if seen_somewhere and o.quantity not in seen_somewhere and o.scatter is not None}
+                   if begun and o.quantity not in begun and o.scatter is not None}
         called = [name_of(s) for s in specimens]
         names = {name: i for i, name in enumerate(called) if name is not None}
         chosen = [o for o in observed if not np.isnan(o.value)] or list(observed)
-        of = []
+        of = []  # place of the specimen of each row
         for o in chosen:
             number = names.get(o.specimen, o.specimen)
             if called.count(o.specimen) > 1:
@@ -218,17 +220,18 @@ class Rows:
                 known = ", ".join(names) or "none has a name"
                 raise InputError(f"{o._called}: no such specimen; known: {known}, or 0 to {len(specimens) - 1}")
             of.append(number)
-        seen: set[tuple[int, str]] = set()
+        taken: set[tuple[int, str]] = set()
         for number, o in zip(of, chosen, strict=True):
-            if (number, o.quantity) in seen:
+            if (number, o.quantity) in taken:
                 raise InputError(f"{o._called} is given twice: a repeat is a specimen of its own")
-            seen.add((number, o.quantity))
+            taken.add((number, o.quantity))
         pairs = [o.compared for o in chosen]
         stated = [scatter for _, scatter in pairs if scatter is not None]
         if stated and len(stated) < len(chosen):
             bare = next(o for o in chosen if o.scatter is None)
             raise InputError(f"{bare._called} has no scatter, others have: state it for every number or for none")
         values = np.array([value for value, _ in pairs])
+        # of a value that was not reached: a prediction beyond it is cut at it, and then has no misfit
         cut = any(o.beyond for o in chosen)
         low, high = (np.array([o.value if o.beyond == b else end for o in chosen])
                      for b, end in (("below", -np.inf), ("above", np.inf)))
@@ -282,18 +285,16 @@ class Rows:
         return replace(self, values=frozen(out))
 
     def on(self, count: int) -> Rows:
-        """Rows of ``count`` other specimens, planned quantities too, nothing measured."""
+        """Rows of ``count`` other specimens: all quantities, planned ones too, no values."""
         kinds = dict(zip(self.quantities, self.kinds, strict=True)) | {q: k for q, (k, _, _) in self.planned.items()}
         logs = self.needed | {q: log for q, (_, log, _) in self.planned.items()}
         return Rows(
-            np.repeat(np.arange(count), len(logs)), tuple(logs) * count, tuple(kinds[q] for q in logs) * count,
-            np.tile(np.array(list(logs.values()), dtype=bool), count),
+            of=np.repeat(np.arange(count), len(logs)), quantities=tuple(logs) * count,
+            kinds=tuple(kinds[q] for q in logs) * count, log=np.tile(np.array(list(logs.values()), dtype=bool), count),
         )
 
     def linked(self, values: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
         """Predictions on the scale of comparison: cut, logarithms or as they are.
-
-        Rows run along the last axis.
 
         Parameters
         ----------
@@ -306,12 +307,14 @@ class Rows:
         return linked(values, self.log[rows])
 
     def spread_out(self, name: str, column: Sequence[Any], specimens: int) -> list[Any]:
-        """A column with an entry per row, from one per row or per each of ``specimens``.
+        """A column with one entry per row, which may come with one per specimen.
+
+        Where there are as many rows as specimens, its entries are those of the specimens.
 
         Raises
         ------
         InputError
-            For another number of entries.
+            For another number of entries; ``name`` is what the message calls the column.
         """
         column = list(column)
         if len(column) == len(self) != specimens:
@@ -321,9 +324,9 @@ class Rows:
         return [column[i] for i in self.of]
 
     def columns(self, covariates: Mapping[str, Sequence[Any]], names: Sequence[str]) -> dict[str, Sequence[Any]]:
-        """Columns that effects may go with: the covariates.
+        """Columns along which effects are looked for, by name, one entry per row each.
 
-        Of several quantities, each covariate also comes within each kind alone.
+        They are the covariates. Of several quantities each covariate also comes within each kind of evidence alone.
 
         Parameters
         ----------
@@ -343,12 +346,7 @@ class Rows:
 
 
 def _within(inside: Sequence[bool], column: Sequence[Any]) -> list[Any]:
-    """A column where only some rows are told apart; others have its mean, or a label.
-
-    Parameters
-    ----------
-    inside : which rows the column belongs to
-    """
+    """A column on the rows ``inside``, on others the mean of these, or "-" of labels."""
     numbers = [v for v, i in zip(column, inside, strict=True) if i]
     if any(isinstance(v, (str, bool)) for v in numbers):
         return [str(v) if i else "-" for v, i in zip(column, inside, strict=True)]
@@ -357,7 +355,7 @@ def _within(inside: Sequence[bool], column: Sequence[Any]) -> list[Any]:
 
 
 def linked(values: np.ndarray, log: np.ndarray) -> np.ndarray:
-    """Logarithms of the columns that ``log`` tells, shape (n,); others as they are."""
+    """Logarithms of the columns that ``log`` tells, shape (n,), others as they are."""
     return np.log(values) if log.all() else np.where(log, np.log(np.where(log, values, 1.0)), values)
 
 
@@ -379,7 +377,7 @@ def covariates_of(
 
     Parameters
     ----------
-    rows : what is compared
+    given : names of what every specimen records, or columns by name with an entry per specimen or row
 
     Raises
     ------

@@ -64,21 +64,22 @@ def outliers(diagnosis: Findings) -> Outliers | None:
                    and found[rest].mean() <= np.quantile(drawn[:, rest].mean(axis=1), 1.0 - TAIL))
     chosen = [name for name, is_out in zip(each, out, strict=True) if is_out]
     worst = [int(np.argmax(np.where(each[name], np.abs(residuals), -1.0))) for name in chosen]
-    first = [int(np.argmax(each[name])) for name in each]
+    first = [int(np.argmax(each[name])) for name in each]  # a covariate is the same in all rows of a specimen
     plain = {k: [v[i] for i in first] for k, v in columns.items() if " in " not in k}
     values = tuple((diagnosis.specimens[i], float(residuals[i])) for i in worst)
     return Outliers(tuple(chosen), values, _shared(plain, out), carries)
 
 
 def _shared(columns: Mapping[str, Sequence[Any]], out: np.ndarray) -> str:
-    """What those that stand out share, where chance would in ``1 / SHARED`` at most.
+    """What the specimens that stand out have in common, in words, or empty.
 
-    A label, or all values of a number on one side of those of most others. Empty where one specimen stands out.
+    That is a label, or a side of a number. It is told where chance finds as much with probability ``SHARED`` at most.
+    Empty where one specimen stands out.
 
     Parameters
     ----------
-    columns : covariates by name, one entry per row
-    out : which rows stand out, shape (n,)
+    columns : covariates by name, one entry per specimen
+    out : which specimens stand out, boolean, shape (specimens,)
     """
     count, found = int(out.sum()), []
     asked = {k: v for k, v in columns.items() if k not in ("specimen", "quantity") and len({str(x) for x in v}) > 1}
@@ -92,6 +93,7 @@ def _shared(columns: Mapping[str, Sequence[Any]], out: np.ndarray) -> str:
             sides = [(labels == labels[out][0], f"{name} = {labels[out][0]}")]
         for those, words in sides:
             if those[out].all():
+                # that as many specimens picked at random all have it, times all that was looked at (Bonferroni)
                 chance = len(sides) * len(asked) * comb(int(those.sum()), count) / comb(len(out), count)
                 found.append((chance, f"{words} ({int(those.sum())} of {len(out)} have it)"))
     return min(found)[1] if found and min(found)[0] <= SHARED else ""

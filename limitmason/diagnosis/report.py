@@ -106,6 +106,7 @@ class Diagnosis(Findings):
         verdict = self.verdict
         first = words.headline(self)
         lines = [first[0].upper() + first[1:] + ".", "", *words.meaning(self), ""]
+        # of several quantities each row is called "specimen, quantity"
         walls = len({name.removesuffix(f", {q}") for name, q in zip(self.specimens, self.quantities, strict=True)})
         counted = f"{walls} specimen{'s' if walls > 1 else ''}" + (f", {self.n} numbers" if self.n > walls else "")
         gate = words.gate_words(verdict.p)
@@ -129,14 +130,18 @@ class Diagnosis(Findings):
             state = self.state_of((cause.name,))
             size = f"size {cause.show(tested.sizes[0])} within {cause.bounds[0]:g} to {cause.bounds[1]:g}"
             lines.append(f"  {cause.name:<{width}}  {size}, log-likelihood {tested.gain:+.2f}, {state}")
-        lines += filter(None, [words.if_it_were_missing(self)])
+        if missing := words.if_it_were_missing(self):
+            lines.append(missing)
         notes = [*self.warnings, *(check_lines(self, self.judged_again(progress)) if checks else [])]
         if notes:
             lines += ["", "To keep in mind:"] + [f"  - {note}" for note in notes]
         return "\n".join(lines)
 
     def _kept_lines(self) -> list[str]:
-        """Sizes, evidence, physics and gain of the kept explanations, ``LISTED`` at most."""
+        """Lines on kept explanations: sizes and p values, physics, gain of each.
+
+        Of more than ``LISTED`` the rest is counted.
+        """
         lines = []
         for names in self.kept[:LISTED]:
             evidence = words.gate_words(self.verdict.tested[names].p)
@@ -168,7 +173,10 @@ class Diagnosis(Findings):
         return "rejected: " + _why(tested.p, self.rule) if tested.p else "not tested"
 
     def table(self) -> list[dict[str, Any]]:
-        """Rows of listed causes and kept pairs: size, interval, gain, p, and if kept."""
+        """Rows of listed causes and kept pairs: size, interval, gain, p, and if kept.
+
+        "gain" and "deficit" are log-likelihoods above the baseline and below the best explanation; sizes are in "unit".
+        """
         verdict = self.verdict
         rows, by_name, held = [], self.by_name, self.identification
         shown = [(c.name,) for c in self.listed] + [n for n in self.pairs if len(n) == 2]
@@ -333,7 +341,7 @@ def _copies(diagnosis: Findings) -> list[str]:
     rows = zip(diagnosis.covariates.get("specimen", ()), diagnosis.quantities, diagnosis.measured, strict=False)
     for name, quantity, value in rows:
         found.setdefault(str(name), {})[quantity] = float(value)
-    first: dict[frozenset[tuple[str, float]], str] = {}
+    first: dict[frozenset[tuple[str, float]], str] = {}  # the first specimen with these numbers
     out = []
     for name, values in found.items():
         # what was seen or not is often the same

@@ -127,7 +127,10 @@ class Findings(Displayed, Citable, ReadOnly):
         return {c.name: c for c in self.listed}
 
     def sized(self, names: Names) -> list[str]:
-        """Every cause of a kept explanation with its size, and interval where its own."""
+        """Every cause of a kept explanation with its size, as "name = size [low, high]".
+
+        The interval of a pair is told for the best one alone, by which :attr:`estimates` go.
+        """
         out = []
         for name, size in zip(names, self.verdict.tested[names].sizes, strict=True):
             cause, known = self.by_name[name], len(names) == 1 or names == self.kept[0]
@@ -142,7 +145,7 @@ class Findings(Displayed, Citable, ReadOnly):
 
         Where pairs are kept, the sizes are those of the best pair.
         """
-        y = self.judged.turned(self.y)
+        y = self.judged.turned(self.y)  # in coordinates in which noise that tests share is independent
         if self.pairs:
             return estimate(self.judged, self.verdict.tested[self.pairs[0]], y, self.draws)
         out: dict[str, Estimate] = {}
@@ -188,6 +191,7 @@ class Findings(Displayed, Citable, ReadOnly):
         if self.noise.kind != "unknown":
             return None
         best = self.best
+        # degrees of freedom: each kept cause takes one
         free = max(self.n - len(self.kept[0]) if self.kept else self.n, 1)
         return float(np.sqrt(best.loss[0] / free))
 
@@ -203,7 +207,7 @@ class Findings(Displayed, Citable, ReadOnly):
     def by_kind(self) -> tuple[Evidence, ...]:
         """What each kind of data says of the best explanation, or of the baseline."""
         held = self.verdict.identification
-        if held is not None and held.kinds:
+        if held is not None and held.kinds:  # worked out for the verdict
             return held.kinds
         names = self.kept[0] if self.kept else ()
         sd = self.noise_sd or 1.0
@@ -230,8 +234,9 @@ class Findings(Displayed, Citable, ReadOnly):
         if later.measured is None or later.noise.kind == "unknown":
             raise InputError("what is to confirm a cause needs measured values with a stated noise")
         cause, found = self.by_name[self.causes[0]], self.estimates[self.causes[0]]
-        base, at, low, high = (later.tables.between(sizes) for sizes in
-                               ({}, *({cause: s} for s in (found.size, found.low, found.high))))
+        base = later.tables.between({})
+        at, low, high = (later.tables.between({cause: size}) for size in (found.size, found.low, found.high))
+        # one standard deviation of the size, and of each measured input, in units of the noise
         spread = (high - low) / (2.0 * NORMAL_95 * later.scale)
         slopes = later.tables.base().whitened(base, later.scale).slopes
         data = (linked(later.measured, later.rows.log) - base) / later.scale

@@ -57,9 +57,7 @@ class Collapse:
     def identity(self, specimen: Any) -> str | None:
         """Text that is the same for specimens with the same predictions.
 
-        They are so whatever the parameters.
-
-        It is None where this is not known.
+        They are so whatever the parameters. It is None where this is not known.
         """
         return None if self.same is None else self.same(specimen)
 
@@ -173,7 +171,9 @@ def collapse(
     Collapse
         ``simulate(specimen, extend=None, **parameters)``; ``.model(...)`` returns the extended model itself.
     """
-    return Collapse(build, method, measured_as, floor, tuple(accept), options)
+    return Collapse(
+        build=build, method=method, measured_as=measured_as, floor=floor, accept=tuple(accept), options=options
+    )
 
 
 class Several:
@@ -250,7 +250,7 @@ class _Packaged:
         return multiplier * float(experiments.load(self.source, specimen["specimen"]).multiplier_to_measured)
 
     def identity(self, specimen: Mapping[str, Any]) -> str:
-        """What it is to a simulator: repeats of one configuration are the same."""
+        """Text of all that a prediction depends on: repeats of one test share it."""
         assembly, loads = self(specimen)
         bare = replace(assembly, recipe={})  # which names the specimen
         return fingerprint(self.source, bare, loads, self.measured(specimen, 1.0))
@@ -269,11 +269,13 @@ def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **opti
     if source not in experiments.sources():
         raise InputError(f"unknown experiment source {source!r}; known: {', '.join(experiments.sources())}")
     packed = _Packaged(source)
-    return Collapse(packed, method, packed.measured, floor, options=options, same=packed.identity)
+    return Collapse(
+        build=packed, method=method, measured_as=packed.measured, floor=floor, options=options, same=packed.identity
+    )
 
 
 def _keywords(function: Callable, first: int) -> tuple[list[str], bool]:
-    """Names of keywords after the positional ones, and whether any is taken."""
+    """Names of parameters from number ``first`` on, and whether there is a ``**``."""
     parameters = list(inspect.signature(function).parameters.values())
     any_name = any(p.kind is p.VAR_KEYWORD for p in parameters)
     named = [p for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]

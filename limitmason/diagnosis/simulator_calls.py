@@ -105,8 +105,8 @@ class Simulator:
         self.version = version
         self.calls = 0
         self.progress: Callable[[int], None] | None = None  # told the number of calls after each
-        self._known: dict[tuple[str, tuple, tuple], Prediction] = {}  # by what the specimen is
-        self._equal: list[str] | None = None
+        self._known: dict[tuple[str, tuple, tuple], Prediction] = {}  # by specimen as _who says, parameters, causes
+        self._equal: list[str] | None = None  # what _equal_to says of every specimen, once it is asked for
         self._memo = None if cache is None else Memo(cache, kind=(int, float, dict))
         # of the function as it is now: calls may change what it holds
         known = fingerprint_of_code if version else fingerprint
@@ -165,7 +165,7 @@ class Simulator:
         return np.array(read).reshape(len(jobs), len(self.needed))
 
     def _run(self, missing: dict[tuple, Job]) -> None:
-        """Simulate missing jobs in worker processes; check and keep each answer."""
+        """Simulate missing jobs in worker processes, check and keep each answer."""
         before = self.calls
         keys, jobs = list(missing), list(missing.values())
         calls = [(k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
@@ -180,19 +180,22 @@ class Simulator:
         return frozenset(self.needed) if self.asked is None else self.asked[specimen]
 
     def _read(self, job: Job, known: Prediction) -> list[float]:
-        """The quantities needed, in order, NaN for those not asked of this specimen."""
+        """The quantities needed, in order, NaN for those not asked of this specimen.
+
+        ``known`` is the answer to the job: a number, where one quantity is needed, or numbers by quantity.
+        """
         if isinstance(known, float):  # asked for first: most are, and whether one is a Mapping takes longer
             return [known]
         if not isinstance(known, Mapping):
             return [float(known)]
         asked, out = self._asked(job.specimen), []
-        for quantity, must in self.needed.items():
+        for quantity, must_be_positive in self.needed.items():
             if quantity in asked:
                 what = partial(_quantity_of, self.specimens[job.specimen], job, quantity)
                 if quantity not in known:
                     gave = ", ".join(map(str, known)) or "nothing"
                     raise InputError(f"{what()} is missing; it gave {gave}{_to_answer(quantity)}")
-                out.append(number(known[quantity], what, must))
+                out.append(number(known[quantity], what, must_be_positive))
             else:
                 out.append(nan)
         return out
@@ -211,13 +214,15 @@ class Simulator:
         def what() -> str:
             return f"simulate for {_called(self.specimens[job.specimen], job)}"
 
+        # an Answer of limitmason.methods holds its numbers as "quantities"
         value = value if isinstance(value, float) else getattr(value, "quantities", value)
         if isinstance(value, float) or not isinstance(value, Mapping):
             if len(self.needed) > 1:
                 raise InputError(f"{what()} gave {_short(value)}; a mapping of {', '.join(self.needed)} is needed")
-            (must,) = self.needed.values()
-            return number(value, what, must)
-        self._read(job, value)
+            (must_be_positive,) = self.needed.values()
+            return number(value, what, must_be_positive)
+        self._read(job, value)  # refuses what is missing or no number
+        # what is not asked for is kept as well: another study of the same file may ask
         return {str(q): float(v) for q, v in value.items() if isinstance(v, (int, float)) and isfinite(v)}
 
     def on(self, specimens: Sequence[Any], needed: Mapping[str, bool]) -> "Simulator":
@@ -231,6 +236,7 @@ class Simulator:
             self.simulate, specimens, cache=self.cache, n_jobs=self.n_jobs, version=self.version, needed=needed
         )
         out._of = self._of
+        # a specimen known by its place alone is another one in another list
         out._known = {key: value for key, value in self._known.items() if not key[0].startswith(NUMBERED)}
         return out
 
@@ -309,7 +315,7 @@ def _to_answer(quantity: str) -> str:
 
 
 def _call(simulate: Callable[..., Any], specimen: Any, job: Job) -> Any:
-    """Simulate a specimen with its parameters and causes; an error is noted with both."""
+    """Simulate a specimen with parameters and causes, and note both with an error."""
     parameters: dict[str, Any] = dict(job.parameters)
     if job.steps:
         parameters["extend"] = Extension(job.steps, specimen)

@@ -64,9 +64,10 @@ def transformed(
 
 
 def through_zero(low: float, high: float, count: int) -> np.ndarray:
-    """``count`` values from low to high with 0 among them."""
+    """``count`` values from low, 0 or less, to high, 0 or more, with 0 among them."""
     if low == 0.0 or high == 0.0:
         return np.linspace(low, high, count)
+    # intervals below 0: their share of the range, and at least one on either side
     below = max(1, round((count - 1) * -low / (high - low)))
     below = min(below, count - 2)
     return np.concatenate([np.linspace(low, 0.0, below + 1), np.linspace(0.0, high, count - below)[1:]])

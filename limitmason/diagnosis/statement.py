@@ -71,7 +71,7 @@ class Statement(ReadOnly):
         instance("noise", self.noise, Noise, "Noise(0.05) for 5 %")
         rows = rows_of(self.measured, self.rows, specimens)
         noise, n = self.noise, len(rows)
-        if rows.scatter is not None:
+        if rows.scatter is not None:  # errors that observations state stand in for that of the study
             noise = Noise(tuple(rows.scatter), noise.dof, by_row=True, misread=rows.misread)
         if n < (least := FEWEST if noise.kind == "unknown" else 2):
             what = "numbers, of one specimen or several," if rows.several or n < 2 else "specimens"
@@ -84,6 +84,7 @@ class Statement(ReadOnly):
         for name, given in nuisance.items():
             if not isinstance(given, Measured):
                 raise InputError(f"nuisance {name!r} must be Measured(value, sd), got {given!r}")
+        # several values of one specimen are left out together, unless groups say otherwise
         several = rows.several and len(specimens) > 1
         groups = self.groups if self.groups is not None or not several else list(range(len(specimens)))
         fixed: dict[str, Any] = {
@@ -153,9 +154,9 @@ class Statement(ReadOnly):
     def from_folder(
         cls, folder: str | Path, *, cache: str | Path | None = None, n_jobs: int = 1, **stated: Any
     ) -> Self:
-        """A study of a folder of CSV files; cells may be missing.
+        """A study of a folder of CSV files.
 
-        There may be any number of quantities and specimens.
+        Cells may be missing. There may be any number of quantities and specimens.
 
         Parameters
         ----------

@@ -171,9 +171,9 @@ class Study(Statement):
         self._say_if_far_off()
         self._say_if_copied()
         reached(None, "verdict")
-        chances = Draws.make([seed, self.n], self.n, design.inputs, design.noise, draws)
+        chances = Draws.make([seed, self.n], n=self.n, k=design.inputs, noise=design.noise, count=draws)
         y = design.whiten(self.measured)
-        judged = judge.decide(y, chances, pairs, self.shared, self.tables.replace_wrong_pairs)
+        judged = judge.decide(y, chances, pairs, shared=self.shared, renewed=self.tables.replace_wrong_pairs)
         answer = Diagnosis(
             listed=causes, design=design.closed(), judged=judged.design, shares=judged.shares, y=y,
             verdict=judged.verdict, seed=seed, draws=chances, rule=judge.rule, specimens=self.called,
@@ -207,17 +207,18 @@ class Study(Statement):
     def _say_if_copied(self) -> None:
         """Warn of specimens equal in all that is recorded: a copied row, as a rule."""
         assert self.measured is not None, "a verdict has measured values"
-        read: dict[int, list[tuple[str, float]]] = {}
+        read: dict[int, list[tuple[str, float]]] = {}  # quantities and values by number of the specimen
         for number, quantity, value, log in zip(
             self.rows.of.tolist(), self.rows.quantities, self.measured.tolist(), self.rows.log, strict=True
         ):
-            if log:
+            if log:  # what was seen or not, and signed values such as 0, are often equal by themselves
                 read.setdefault(number, []).append((quantity, value))
-        known: dict[str, int] = {}
-        pairs = [
-            (first, number) for number, values in read.items() if isinstance(self.specimens[number], Mapping)
-            and (first := known.setdefault(fingerprint(self.specimens[number], sorted(values)), number)) != number
-        ]
+        known: dict[str, int] = {}  # number of the first specimen with this record
+        pairs = []  # (first, number of its copy)
+        for number, values in read.items():
+            if isinstance(self.specimens[number], Mapping):  # what an object records is not known
+                first = known.setdefault(fingerprint(self.specimens[number], sorted(values)), number)
+                pairs += [(first, number)] * (first != number)
         if pairs:
             warnings.warn(f"{len(pairs)} of {len(read)} specimens equal another in all that is recorded and measured, "
                           f"first {pairs[0][1]} and {pairs[0][0]} (from 0); a copied row counts as a test of its own",
@@ -334,7 +335,7 @@ class Study(Statement):
     def plan(
         self, causes: Iterable[Cause], pool: Sequence[Any], k: int = 4, costs: Mapping[str, float] | None = None
     ) -> NextTests:
-        """Specimens of a pool that would tell the causes apart; nothing need be measured.
+        """Specimens of a pool that would tell causes apart, where nothing is measured yet.
 
         Parameters
         ----------
@@ -347,7 +348,9 @@ class Study(Statement):
         self, causes: tuple[Cause, ...], pool: Sequence[Any], k: int, costs: Mapping[str, float] | None,
         diagnosis: Findings | None = None,
     ) -> NextTests:
-        """Specimens of a pool for a list, or what a diagnosis left; see :meth:`plan`.
+        """Specimens of a pool to test for a list of causes, or what was left of it.
+
+        See :meth:`plan`.
 
         Parameters
         ----------

@@ -126,7 +126,12 @@ def _once(table: MeasuredTable, column: str) -> list[str]:
 
 
 def _quantities(table: MeasuredTable, measured: MeasuredTable) -> dict[str, dict[str, Any]]:
-    """Scatter, kind and link that a table states of every quantity, by its name."""
+    """Scatter, kind and link that a table states of every quantity, by its name.
+
+    Parameters
+    ----------
+    table, measured : quantities.csv and measured.csv, whose quantities must each have a row in it
+    """
     out: dict[str, dict[str, Any]] = {}
     table.column("scatter", "the error of each quantity")
     _once(table, "quantity")
@@ -212,7 +217,7 @@ def _of_sensors(
         sensors = [((float(r["x"]), float(r["y"]), float(r["z"])), str(r["direction"])) for r in rows]
         frequency = [tested[name][c.replace("mode", "frequency")] for c in shapes]
         test = ModalTest(sensors, np.array(frequency, dtype=float), np.array([[r[c] for r in rows] for c in shapes]))
-        next(s for s in specimens if s["specimen"] == name)[MODAL_TEST] = test
+        next(s for s in specimens if s["specimen"] == name)[MODAL_TEST] = test  # where a model looks for it
         out += [o for o in Observation.of_modes(name, test, component=component) if o.quantity.startswith(MODE)]
     return out
 

@@ -41,11 +41,11 @@ LEVELS = {True: 17, False: 9}  # of sizes, by whether the predictions stand in t
 
 @dataclass(frozen=True)
 class PredictedColumn:
-    """A simulator out of a table: the predicted column, moved by each cause.
+    """A simulator out of a table: the predicted column, moved towards other columns.
 
-    It is on the way towards other columns by the size of a cause.
+    The size of a cause is the share of the way. ``towards`` holds the column of each cause, by its keyword::
 
-    log p = log p0 + sum over columns of size (log p_k - log p0)
+        log p = log p0 + sum over columns of size (log p_k - log p0)
     """
 
     column: str
@@ -294,7 +294,10 @@ class TableStudy:
         return [causes.gain(), rig] + ([causes.angle_offset()] if tilting else []) + shifts
 
     def _standard(self, *, plane: bool) -> list[Cause]:
-        """The standard list for a packaged series, with causes in the measurement."""
+        """The standard list for a packaged series, with causes in the measurement.
+
+        ``plane`` is whether its walls work in one plane, so that causes out of it are left out.
+        """
         outside = self._outside(self.tilting)
         columns = [c for c in self.batches or self.data.columns if c in DELIVERED]
         overload = overloaded(str(self.inside), self.data.rows)
@@ -341,7 +344,7 @@ def pool_rows(pool: str | Path | MeasuredTable, covariates: Iterable[str], simul
     simulate : of the study; that of a packaged series knows its specimens
     """
     table = _read(pool)
-    series = getattr(getattr(simulate, "build", None), "source", None)
+    series = getattr(getattr(simulate, "build", None), "source", None)  # of what ``simulate.packaged`` returns
     for name in (*covariates, *(("specimen",) if series is not None else ())):
         table.column(name, "a covariate of the data")
     if series is not None:

@@ -28,10 +28,10 @@ def suggest(
 ) -> next_tests.NextTests:
     """Choose ``k`` specimens of the pool.
 
-    With a set of causes (or pairs) they separate its members, with an identified cause they hold it against every
-    other of the list, with one that is not they show the contrast that only it makes, with none they separate the whole
-    list at visible sizes. An unexplained trend asks for specimens from end to end of its covariate, evenly spaced in
-    rank; more scatter than was stated asks for any repeats. Costs count in neither.
+    What they are for goes by what is left: members of a set of causes (or pairs) are separated; an identified cause is
+    held against every other of the list; of one that is not identified the contrast is shown that only it makes. With
+    none left the whole list is separated, at visible sizes. An unexplained trend asks for specimens from end to end of
+    its covariate, evenly spaced in rank. More scatter than was stated asks for any repeats. Costs count in neither.
 
     Parameters
     ----------
@@ -89,13 +89,13 @@ def _identify(
     names = diagnosis.kept[0]
     fit = diagnosis.verdict.tested[names].fit
     own = design.own(names)
-    both: dict[str, list[Any]] = {}
+    both: dict[str, list[Any]] = {}  # columns of tested rows and rows of the pool, where the pool records them
     for name, values in diagnosis.covariates.items():
         more = [recorded(pool[i], name) for i in there.rows.of]
         more = list(there.rows.quantities) if name == "quantity" else more
         if name not in own and all(v is not None for v in more):
             both[name] = [*values, *more]
-    effect, slopes = [], []
+    effect, slopes = [], []  # of tested rows, then of those of the pool, in units of the noise
     for null, grid in ((design.null, design.grid(names)), (there[()], there[names])):
         effect.append(grid.effect(null, fit.node, fit.position))
         slopes.append(null.slopes)
@@ -103,6 +103,7 @@ def _identify(
     slopes_of_both = np.concatenate(slopes)
     rivals = Discrepancy.of(both, scale, slopes_of_both)
     found = identifying_tests.tests_that_identify(rivals, slopes_of_both, np.concatenate(effect), design.n, k, price)
+    # a column along which the explanation has its own dose, and those within one kind (" in "), are not missed
     lost = [c for c in diagnosis.covariates if c not in both and c not in own and " in " not in c]
     told = f"; the pool does not say its {', '.join(lost)}" if lost else ""
     asked = diagnosis.identification.margin if diagnosis.identification is not None else 0.0
@@ -113,6 +114,7 @@ def _identify(
     # the excess is half the square of a distance, which noise moves by one standard deviation
     d = np.sqrt(2.0 * np.maximum([found.before, found.after], 0.0))
     low, high = (float(v) for v in ndtr(d - np.sqrt(2.0 * asked)))
+    # tests of a quantity that one of the best quantity is worth, by what its best specimen adds to the excess
     best = {q: float(found.each[[r == q for r in there.rows.quantities]].max()) for q in there.rows.needed}
     top = max(best.values())
     compared = best.items() if top > 0.0 else ()
@@ -221,7 +223,7 @@ def _spread(covariate: str | None, pool: list[Any], k: int) -> next_tests.NextTe
     spaced = np.round(np.linspace(0, len(pool) - 1, k)).astype(int)
     if covariate is None:
         return _picked(spaced, pool, "to measure the scatter: repeat each several times")
-    if covariate in ROWS:  # which tells the numbers apart, not the specimens
+    if covariate in ROWS:  # it tells rows apart, not specimens
         on_others = f"to see whether the residuals vary with {covariate} on others, each number measured"
         return _picked(spaced, pool, on_others)
     column = [recorded(s, covariate) for s in pool]
@@ -235,7 +237,8 @@ def _spread(covariate: str | None, pool: list[Any], k: int) -> next_tests.NextTe
     if is_numeric(column):
         picks = np.argsort(np.asarray(column, dtype=float), kind="stable")[spaced]
     else:
-        labels = [str(v) for v in column]  # one of each first
+        # one specimen of each label first, then second ones: in the order of how often its label came before
+        labels = [str(v) for v in column]
         picks = np.argsort([labels[:i].count(label) for i, label in enumerate(labels)], kind="stable")[:k]
     return _picked(picks, pool, f"to see how the residuals vary with {covariate}")
 

@@ -127,9 +127,10 @@ class Tabulator:
         ndarray, shape (len of points, len of rows)
         """
         rows = np.arange(self.n) if rows is None else np.asarray(rows)
-        asked, place = np.unique(self.rows.of[rows], return_inverse=True)
-        models: dict[tuple[tuple, tuple], int] = {}  # points that differ in how a prediction is read share one
-        of_point = []
+        asked, place = np.unique(self.rows.of[rows], return_inverse=True)  # specimens, and which of them each row is of
+        # (parameters, causes) of a run to its number: points that differ only in how a prediction is read share one
+        models: dict[tuple[tuple, tuple], int] = {}
+        of_point = []  # number of the run of each point
         for sizes, z in points:
             parameters = list(self.fixed) + [(k, m.at(v)) for (k, m), v in zip(self.free.items(), z, strict=True)]
             steps = []
@@ -142,8 +143,8 @@ class Tabulator:
                     steps.append((cause, float(size)))
             of_point.append(models.setdefault((tuple(parameters), tuple(steps)), len(models)))
         jobs = [Job(i, *model) for model in models for i in asked.tolist()]
-        values = self.simulator.predict(jobs).reshape(len(models), len(asked), -1)
-        values = values[:, place, self.rows.column[rows]][of_point]
+        values = self.simulator.predict(jobs).reshape(len(models), len(asked), -1)  # the last axis: quantities
+        values = values[:, place, self.rows.column[rows]][of_point]  # shape (points, rows)
         reads = [self._read_by(c, rows) if c.transforms else [] for c in causes]
         for index, (sizes, _) in enumerate(points):
             for cause, size, readings in zip(causes, sizes, reads, strict=True):
@@ -224,7 +225,7 @@ class Tabulator:
         """
         pick = [thinned(t.sizes[0], t.causes[0].baseline) for t in (first, second)]
         sizes = tuple(t.sizes[0][p] for t, p in zip((first, second), pick, strict=True))
-        few = 2 * _INPUT_NODES + 1  # so many are not thinned
+        few = 2 * _INPUT_NODES + 1  # an input with no more nodes keeps them all
         thin = tuple(thinned(a, 0.0, each=_INPUT_NODES) if len(a) > few else np.arange(len(a)) for a in base.z)
         z = tuple(a[t] for a, t in zip(base.z, thin, strict=True))
         causes = (first.causes[0], second.causes[0])
@@ -248,9 +249,9 @@ class Tabulator:
         return float(np.max(np.abs(true - shown) / self.noise))
 
     def _refuse_not_nested(self, cause: Cause) -> None:
-        """Refuse a cause whose baseline moves the first prediction.
+        """Refuse a cause whose baseline size moves predictions of the first specimen.
 
-        It may by ``NESTED`` of its noise.
+        A change up to ``NESTED`` of the noise is let pass. A keyword that ``simulate`` does not take is refused too.
         """
         if cause.apply is None:
             self.simulator.check_parameters([cause.parameter], f"cause {cause.name!r}")
@@ -292,7 +293,8 @@ class Tabulator:
 
         x = np.array(sorted({v for a, b in pairwise(ends) for v in (a, middle_of(a, b), b)}))
         y = called(x)
-        intervals = [(a, b, 0.0) for a, b in pairwise(x)]  # with half of what the curve missed there before
+        # to be halved: both ends, and the error expected within [noise], half of what the curve missed there before
+        intervals = [(a, b, 0.0) for a, b in pairwise(x)]
         worst = 0.0
         while intervals and len(x) < most:
             room = most - len(x)
@@ -322,6 +324,7 @@ class Tabulator:
         """
         zero = tuple(0.0 for _ in self.free)
         points = list(product(*self.z_levels))
+        # along the axes: every size at the measured inputs, (levels, n), and the baseline at all inputs, (points, n)
         line = self.evaluate((cause,), [((s,), zero) for s in levels])
         base = self.evaluate((), [((), z) for z in points])
         origin = line[int(np.argmin(np.abs(levels - cause.baseline)))]
@@ -329,6 +332,7 @@ class Tabulator:
         for axis, level in enumerate(self.z_levels):
             ends += [tuple(float(v) if k == axis else 0.0 for k in range(len(zero))) for v in level[[0, -1]] if v]
         sides = cause.sides
+        # at the corners: what size and input do together beyond the sum of what each does, shape (sides, ends, n)
         alone = self.evaluate((), [((), z) for z in ends])
         both = self.evaluate((cause,), [((s,), z) for s in sides for z in ends]).reshape(len(sides), len(ends), self.n)
         at_side = line[[int(np.argmin(np.abs(levels - s))) for s in sides]]

@@ -32,7 +32,7 @@ def gate_words(p: Mapping[str, float]) -> str:
 
 
 def could_do_the_same(along: str, *, short: bool = False) -> str:
-    """What else could do it; ``along`` is the covariate of the nearest discrepancy."""
+    """What else could do it, by the covariate ``along`` which the nearest bias goes."""
     if along == CONSTANT:
         return "an equal error of all values could do the same" + ("" if short else ", whatever its origin")
     where = "several covariates together" if along == TOGETHER else along
@@ -107,7 +107,7 @@ def rivalled_words(diagnosis: Findings) -> str:
 
 
 def withdrawn_words(diagnosis: Findings) -> str:
-    """The explanations that fit, but fail on groups left out; without a full stop."""
+    """The explanations that fit, but fail on groups left out, without a full stop."""
     names = "; ".join(" and ".join(n) for n in diagnosis.verdict.withdrawn)
     return (
         f"{names} is not rejected on all data together, but predicts groups left out worse than the baseline does, and "
@@ -178,7 +178,7 @@ def meaning(diagnosis: Findings) -> list[str]:
 
 
 def _alarm_without_cause(diagnosis: Findings, before: str) -> list[str]:
-    """More scatter than stated, or a misfit that stays; ``before`` is the misfit."""
+    """More scatter than stated, or a misfit that stays and is ``before`` in words."""
     carried = outlier_words(diagnosis) if carried_by_outliers(diagnosis) else []
     if diagnosis.kind == "scatter":
         sd = 100.0 * float(np.sqrt(diagnosis.verdict.null.loss[0] / diagnosis.n) * np.mean(diagnosis.design.scale))

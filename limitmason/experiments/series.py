@@ -117,15 +117,15 @@ def packaged_table(series: str) -> MeasuredTable:
                 shown.setdefault(name, getattr(value, "unit", "-"))
     for case in cases:
         words = {w: case.row[w] for w in WORDS if case.row.get(w)}
-        inside = {k: _plain(case.parameters[k]) for k in shown if k in case.parameters}
-        group = configurations.setdefault(tuple(inside.items()), _letter(len(configurations)))
+        own = {k: _plain(case.parameters[k]) for k in shown if k in case.parameters}
+        group = configurations.setdefault(tuple(own.items()), _letter(len(configurations)))
         # where nothing can be predicted what others computed stands beside what was measured
         published = [t for t in case.targets if t.kind == "published"] if not case.has_model else []
         for target in case.targets:
             if target.kind != "measured":
                 continue
             row = {"specimen": case.specimen, "direction": target.direction, "measured": float(case.value(target)),
-                   "group": group, **inside, **words}
+                   "group": group, **own, **words}
             for k, other in enumerate(published):
                 name = "predicted" if k == 0 else other.quantity
                 row[name] = float(case.value(other))
@@ -142,10 +142,8 @@ def packaged_table(series: str) -> MeasuredTable:
     if len(configurations) in (1, len(cases)):  # no repeats known, or nothing to tell configurations apart by
         kept.remove("group")
     return MeasuredTable(
-        series,
-        {k: units[k] for k in kept},
-        {k: tuple(r[k] for r in rows) for k in kept},
-        tuple(range(1, len(rows) + 1)),
+        name=series, units={k: units[k] for k in kept}, columns={k: tuple(r[k] for r in rows) for k in kept},
+        lines=tuple(range(1, len(rows) + 1)),
     )
 
 

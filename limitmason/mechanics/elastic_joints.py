@@ -22,7 +22,7 @@ def elastic_displacements(
 ) -> tuple[Array, Array]:
     """Displacements of rigid blocks on linear springs, and the joint forces.
 
-    A k A' u = w, with k the stiffness of the joint areas: kn A, ks A, kn I and ks J of every face.
+    K u = w. Every face of area A, second moments I and polar moment J gives K its stiffness: kn A, ks A, kn I and ks J.
 
     Parameters
     ----------
@@ -61,14 +61,14 @@ def elastic_displacements(
     # nearly no stiffness instead of none: the matrix stays regular
     share = np.where(left_out[k], OPEN, 1.0) * normal_stiffness
     springs = share[:, None] * np.array([1.0, shear_ratio, shear_ratio])
-    rows, whole = stiffness_matrix(assembly, points, springs)
+    equilibrium, whole = stiffness_matrix(assembly, points, springs)
     free = np.flatnonzero(~assembly.held.ravel())
     stiffness = whole[free][:, free]
     # moments over a length of the block, so that forces and moments have one scale
     length = np.ones((assembly.n_blocks, 6))
     length[:, 3:] = np.cbrt(x.volume)[:, None]
     scale = sparse.diags_array(1.0 / length.ravel()[free])
-    try:
+    try:  # a factor that is singular raises, or gives infinite displacements
         solved = splu(sparse.csc_array(scale @ stiffness @ scale)).solve(scale @ wrench.ravel()[free])
     except RuntimeError:
         solved = np.full(len(free), np.nan)
@@ -76,7 +76,7 @@ def elastic_displacements(
         raise NotApplicable("the joints do not hold every block in place: an elastic state does not exist")
     u = np.zeros(assembly.n_blocks * 6)
     u[free] = scale @ solved
-    opening = (rows.T @ u)[0::3]
+    opening = (equilibrium.T @ u)[0::3]  # of every corner; its two slips follow it
     normal = np.bincount(k, -springs[:, 0] * points.area * opening, len(x.area))
     return u.reshape(-1, 6), np.asarray(normal, dtype=np.float64)
 

@@ -203,7 +203,10 @@ def _peaks(
 
 
 class _Poles(NamedTuple):
-    """Poles of one order: frequencies [Hz], (k,), damping ratios [-], (k,), and shapes as rows, (k, channels)."""
+    """Poles of one order, k of them.
+
+    Frequencies [Hz], (k,), damping ratios [-], (k,), and shapes as rows, (k, channels).
+    """
 
     frequency: Array
     damping: Array
@@ -219,7 +222,7 @@ class _Returning(NamedTuple):
 
 
 def _subspace(y: Array, step: float, order: int, lags: int) -> list[_Poles]:
-    """Poles of every even order, from the singular values of covariances at several lags.
+    """Poles of every even order, from covariances of a record at several lags.
 
     It is the covariance-driven stochastic subspace identification.
 
@@ -246,7 +249,7 @@ def _subspace(y: Array, step: float, order: int, lags: int) -> list[_Poles]:
 
 
 def _continuous(value: Complex, shape: Complex, step: float) -> _Poles:
-    """Frequency [Hz], damping [-] and shape of the poles of a system in time steps, those that oscillate.
+    """Poles that oscillate, from the eigenvalues of a system in time steps.
 
     With mu an eigenvalue of a step, s = ln(mu) / step, f = |s| / (2 pi), zeta = -Re(s) / |s|. Of a conjugate pair the
     pole of positive imaginary part is kept.

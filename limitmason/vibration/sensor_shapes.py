@@ -66,7 +66,9 @@ def check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
 
 
 def unseen_modes(m: Shapes, where: Array | None, along: Array | None) -> tuple[int, ...]:
-    """Numbers of a model's modes, from 0, that hardly move along any sensor; none of shapes without a model.
+    """Numbers of a model's modes, from 0, that hardly move along any sensor.
+
+    Of shapes without a model there are none.
 
     Parameters
     ----------
@@ -151,7 +153,7 @@ def as_rows(m: Shapes, where: Array | None, along: Array | None) -> Array:
 
 
 def per_component(weight: Array, length: int) -> Array:
-    """Mass of every component of a shape [kg], shape (length,); components follow each other place by place.
+    """Mass of every component of a shape [kg], shape (length,), place by place.
 
     Parameters
     ----------

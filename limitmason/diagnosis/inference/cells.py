@@ -96,13 +96,13 @@ class Cells:
         has_side : whether there is a node before, and after, shape (2, d, g)
         """
         columns = np.arange(self.count)
-        ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]
+        ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]  # from a node to that before, and after
         return np.where(has_side, columns + ways, columns).reshape(2 * self.d, self.count).T.copy()
 
     def _quantities(
         self, index: Index, has_side: np.ndarray, norms: np.ndarray, node_z: list[np.ndarray]
     ) -> dict[str, np.ndarray]:
-        """Columns of the table by name; inner products are zero until wanted.
+        """Columns of the table by name, inner products zero until they are wanted.
 
         Parameters
         ----------
@@ -166,7 +166,7 @@ class Cells:
         return out
 
     def rows(self, columns: Index) -> np.ndarray:
-        """Rows of the table, (len of columns, width); products are made when first wanted."""
+        """Rows of the table, (len of columns, width), products made when first wanted."""
         missing = np.unique(columns[~self.filled[columns]])
         d, at = self.d, self.columns
         step = max(1, HELD // max(2 * d * self.nodes.shape[1], 1))
@@ -370,7 +370,7 @@ def _cell(grids: Sequence[Cells], owner: Index, column: Index, at: StepData, inn
 def _normal(
     gram: Rows, slope: Row, z_step: Array, off: Array, per: Array | None, flat: Array
 ) -> tuple[list[list[Array]], list[Array]]:
-    """Normal equations of a linear step; along an axis without effect nothing pulls.
+    """Normal equations of a linear step, in which an axis without effect has no pull.
 
     Parameters
     ----------

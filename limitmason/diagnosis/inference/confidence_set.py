@@ -51,7 +51,10 @@ class ConfidenceSet:
         return self.design.trends.along(self.draws.errors[: self.count])
 
     def _trend_drawn(self, names: Names, fit: BestFit) -> Callable[[slice, BestFit], np.ndarray]:
-        """Statistic of trends in what fits leave of drawn data, by rows and fits."""
+        """Trend statistic of what new fits leave of data drawn from a fit, shape (b,).
+
+        The function that is returned takes rows of the draws, and the fits to them.
+        """
         trend, sd = self.design.trend_of(names), self.design.noise_of(names, fit)
         at = self.design.trends.along(self.design.predicted(names, fit)[0])
         return lambda rows, again: trend(at + sd * self._errors_along[rows], again)
@@ -92,12 +95,12 @@ class ConfidenceSet:
         )
 
     def alarm(self, y: np.ndarray, unstated: tuple[str, ...]) -> Verdict:
-        """The verdict of the gate; an alarm must outlast noise shared unstated.
+        """The verdict of the gate, where an alarm must outlast noise shared unstated.
 
-        Half of the noise's variance is taken as shared by the tests that the best cause acts on. With g the groups of
-        specimens that the cause with the largest gain acts on much and little, and C the correlation that is carried so
-        far, gain and trend are tested again with the correlation C / 2 + same_g / 2, and the scatter within the groups,
-        which no share makes larger. What fired at the gate must fire again; else the verdict is "none".
+        Half of the noise's variance is taken as shared by the tests that the best cause acts on. Let g be the groups of
+        specimens that the cause with the largest gain acts on much and little, and C the correlation carried so far.
+        Gain and trend are tested again with the correlation C / 2 + same_g / 2. So is the scatter within the groups,
+        which no share makes larger. What fired at the gate must fire again, else the verdict is "none".
 
         Parameters
         ----------
@@ -114,7 +117,7 @@ class ConfidenceSet:
         if verdict.kind == VerdictKind.NONE or not unstated:
             return verdict
         design, rule = self.design, self.rule
-        names = max(verdict.tested, key=lambda n: verdict.tested[n].gain)
+        names = max(verdict.tested, key=lambda n: verdict.tested[n].gain)  # the best cause
         effect = design.effect(names, verdict.tested[names].fit)
         groups = same(two_groups_by_effect(design.apart(effect) * design.scale))
         correlation = (1.0 - PLAUSIBLE) * design.correlation + PLAUSIBLE * groups
@@ -147,15 +150,13 @@ class ConfidenceSet:
     def explained(self, y: np.ndarray, verdict: Verdict, pairs: bool = True) -> Verdict:
         """What explains an alarm: the causes that are not rejected, else the pairs.
 
+        The verdict is conditional on the list. The p of a kept cause means "not rejected", no more.
+
         Parameters
         ----------
         y : data, which the gate may have seen with other shares of the noise
         verdict : of the gate; what is no alarm, or scatter, stays as it is
         pairs : whether pairs of causes are tried when no single one is left
-
-        Notes
-        -----
-        The verdict is conditional on the list. The p of a kept cause means "not rejected", no more.
         """
         if verdict.kind != VerdictKind.UNEXPLAINED:
             return verdict
@@ -183,8 +184,8 @@ class ConfidenceSet:
     def _confidence_set(self, found: Mapping[Names, BestFit], base: float) -> dict[Names, Tested]:
         """Hold every explanation against the data under its own fit.
 
-        An explanation is kept when neither its residuals (trend, scatter) nor its log-likelihood deficit against the
-        best of ``found`` is unusual among data drawn from its own fit and fitted again by all of them.
+        Data are drawn from its own fit, and fitted again by all explanations. It is kept when two things are usual
+        among them: its residuals (trend, scatter), and its log-likelihood deficit against the best of ``found``.
 
         Parameters
         ----------
@@ -195,8 +196,8 @@ class ConfidenceSet:
         out = {}
         for names, fit in found.items():
             tested = self._tested(names, fit, base, best)
-            p: dict[str, float] = {}
-            used = 0
+            p, used = dict[str, float](), 0
+            # single causes get their p even where they are far off, unless the rule screens them as it does pairs
             kept = (len(names) == 1 and not self.rule.screen) or not self._hopeless(fit, tested.deficit)
             if kept:
                 own = self._residual_tally(names, fit)
@@ -210,9 +211,7 @@ class ConfidenceSet:
         return out
 
     def _tested(self, names: Names, fit: BestFit, base: float, best: float) -> Tested:
-        """A fit beside the baseline and the best of its kind.
-
-        It is not tested yet, and so not kept.
+        """A fit beside the baseline and the best of its kind: not tested, so not kept yet.
 
         Parameters
         ----------
@@ -336,6 +335,7 @@ class ConfidenceSet:
             return self._residuals(again, replicate, trend(rows, again))
 
         def enough(t: Tally) -> bool:
+            """Whether every statistic is settled, or one that rejects is."""
             done = [t.settled(name) for name in t.observed]
             return all(done) or any(d and t.rejected(name) for d, name in zip(done, t.observed, strict=True))
 

@@ -188,13 +188,14 @@ class Design:
         self, model: Names | Grid, y: np.ndarray, z: np.ndarray | None = None, replicate: float | np.ndarray = 1.0,
         weights: np.ndarray | None = None,
     ) -> BestFit:
-        """Fit of one explanation to every data set, with its residuals; see :meth:`fits`."""
+        """Fit of one explanation to every data set, with residuals, as :meth:`fits` does."""
         return self.fits([model], y, z, replicate, residuals=True, weights=weights)[0]
 
     def trend_of(self, names: Names) -> Callable[[np.ndarray, BestFit], np.ndarray]:
-        """Statistic of trends in what fits leave, by data along trends and these fits.
+        """Statistic of trends in what fits of an explanation leave, shape (b,).
 
-        No residual of a data set is formed: of a thousand numbers some hundred directions are wanted.
+        The function that is returned takes data as ``trends.along`` gives them, and the fits. No residual of a data set
+        is formed: of a thousand numbers some hundred directions are wanted.
         """
         grid = self.grid(names)
         short = Grid(grid.sizes, grid.z, self.trends.along(grid.values))
@@ -221,7 +222,7 @@ class Design:
     # ---- other designs -------------------------------------------------------------------------------------------
 
     def _with(self, change: Callable[[Grid], Grid], **other: Any) -> Design:
-        """The design with every grid changed."""
+        """The design with every grid changed, pairs too, and ``other`` fields replaced."""
         singles = {name: change(grid) for name, grid in self.singles.items()}
         pairs = {names: change(grid) for names, grid in self._pairs.items()}
         return replace(self, null=change(self.null), singles=singles, _pairs=pairs, **other)
@@ -263,7 +264,7 @@ class Design:
         return replace(self, pair_table=_no_table, _pairs=dict(self._pairs))
 
     def forget_pair(self, names: Names) -> None:
-        """Drop the grid of a pair whose table was replaced; the next use makes it anew."""
+        """Drop the grid of a pair whose table was replaced: the next use makes it anew."""
         self._pairs.pop(names, None)
 
     def forget_pairs(self) -> None:

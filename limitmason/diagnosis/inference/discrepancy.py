@@ -18,6 +18,7 @@ JOINT = (1.0, 2.0)  # the same for all numeric covariates at once
 CONSTANT, TOGETHER = "nothing recorded", "several covariates"
 TINY = 1e-14  # of the largest eigenvalue of a kernel: smaller ones are rounding
 BATCH = 256  # data sets that are weighed at once
+SURE = 3.0  # standard errors by which the slope along its own contrast must differ from 0, and at most from 1
 
 
 class Discrepancy:
@@ -89,6 +90,7 @@ class Discrepancy:
         one = np.ones((n, 1))
         along, factors = [CONSTANT], [np.zeros((n, 0))]
         for name, factor in [(CONSTANT, one), *_factors(covariates)]:
+            # without and with a constant beside it, which the constant itself does not need
             for constant in (one[:, :0],) if name == CONSTANT else (one[:, :0], one):
                 lifted = weight * np.hstack([factor, constant])
                 lifted = _thin(lifted if mix is None else mix @ lifted)
@@ -126,7 +128,9 @@ class Discrepancy:
         for first in range(0, len(y), BATCH):
             rows = slice(first, first + BATCH)
             sums = np.zeros((len(y[rows]), len(widths)))
-            if widths.any():
+            if widths.any():  # |B' y|^2 of every bias; one without columns, no bias and no input, stays at 0
+                # reduceat adds up the columns of each
+
                 turned = (y[rows] @ self._stack) ** 2
                 sums[:, widths > 0] = np.add.reduceat(turned, self._starts[:-1][widths > 0], axis=1)
             # what each bias takes off the sum of squares
@@ -160,6 +164,32 @@ class Discrepancy:
         return miss, spread
 
 
+def dosed(slope: float, error: float) -> bool:
+    """Whether the share of an effect, with its standard error [-], is sure and near 1."""
+    return slope >= SURE * error and abs(slope - 1.0) <= SURE * error
+
+
+def dose_of(
+    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, data: np.ndarray, sd: float
+) -> tuple[float, float]:
+    """Share of the fitted effect that no bias could make, and its standard error [-].
+
+    The contrast is the part of the effect that is left when the nearest bias and the measured inputs have taken all
+    they can. A share of 1 is all of the effect, 0 none.
+
+    Parameters
+    ----------
+    effect, data, sd : both whitened, shape (n,); noise in stated units [-]
+    slopes : J in units of the noise, shape (n, number of measured inputs)
+    """
+    contrast = discrepancy.weighted(discrepancy.best(effect / sd, Likelihood()), effect)
+    reach = float(contrast @ effect)
+    if reach <= 0.0:
+        return 0.0, float("inf")
+    spread = float(contrast @ contrast + np.square(contrast @ slopes).sum())  # of noise and measured inputs
+    return float(contrast @ data) / reach, sd * float(np.sqrt(spread)) / reach
+
+
 def _thin(factor: np.ndarray) -> np.ndarray:
     """A factor of the same covariance with no more columns than its rank."""
     if factor.shape[1] < 2:
@@ -186,7 +216,7 @@ def _factors(covariates: Mapping[str, Sequence]) -> Iterator[tuple[str, np.ndarr
     """Names and kernel factors of all biases that are not constant.
 
     A factor F has shape (n, its rank), and F F' a mean diagonal of one. A number gives a line and a smooth curve,
-    labels give a level each, and several columns give their sum and smooth curves over all numbers at once.
+    labels give a level each. Several columns give their sum, and smooth curves over all numbers at once.
 
     Parameters
     ----------

@@ -34,8 +34,8 @@ class Estimate:
 def estimate(design: Design, tested: Tested, y: np.ndarray, draws: Draws) -> dict[str, Estimate]:
     """Estimates of all causes of one explanation.
 
-    The interval holds the sizes whose profile log-likelihood ratio stays below its own bootstrap quantile at the best
-    fit (for a pair below the chi-square value, widened for unknown noise).
+    The interval holds the sizes whose profile log-likelihood ratio stays below a limit. That is its own bootstrap
+    quantile at the best fit, for a pair the chi-square value, widened for unknown noise.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def _interval(
         rows = rows if side > 0 else rows[::-1]
         at, value = np.concatenate([[size], nodes[rows]]), np.concatenate([[0.0], root[rows]])
         beyond = np.flatnonzero(value >= limit)
-        if not len(beyond):
+        if not len(beyond):  # the interval ends at the bound of the cause
             ends.append(float(at[-1]))
             continue
         i = int(beyond[0])
@@ -105,11 +105,10 @@ def _limit(design: Design, tested: Tested, draws: Draws) -> float:
 
 
 def _wilks(design: Design, spent: int) -> float:
-    """Root of twice the log-likelihood of an interval's end, by chi-square.
+    """Root of twice the log-likelihood by which an interval's end is worse.
 
-    It is that by which the end is worse, of one parameter.
-
-    Where the noise is estimated it is larger, with ``spent`` parameters taken off the values.
+    It is that of one parameter by chi-square. Where the noise is estimated it is larger, as ``spent`` fitted sizes are
+    taken off the number of values.
     """
     if design.like.kind == "known":
         return float(np.sqrt(CHI2))

@@ -79,6 +79,7 @@ def predicted_evidence(kind: str, effect: np.ndarray, about: np.ndarray, data: n
     about : directions in which prediction and baseline are uncertain, one standard deviation each, shape (n, k)
     data : measured values from the baseline, in units of their noise, shape (n,)
     """
+    # W f and W y, with W = (I + A A')^-1 and A the uncertain directions
     weighted = np.linalg.solve(np.eye(len(data)) + about @ about.T, np.column_stack([effect, data]))
     reach = float(effect @ weighted[:, 0])
     share, error = (float(effect @ weighted[:, 1]) / reach, reach**-0.5) if reach > UNFELT**-2 else (0.0, np.inf)
@@ -106,6 +107,7 @@ def by_kind(
     mix = design.mix
     slopes = apart((design.null.slopes / sd).T).T
     effect = apart(effect)
+    # each row's part of r' C^-1 r / sd^2, before and after
     squares = [apart(r) * (r if mix is None else mix.T @ r) / sd**2 for r in (before, after)]
     out = []
     for kind in dict.fromkeys(kinds):
@@ -115,7 +117,7 @@ def by_kind(
             weighted = np.linalg.solve(design.correlation[np.ix_(rows, rows)] + j @ j.T, effect[rows])
         else:  # (I + J J')^-1 by the inputs, which are few
             weighted = effect[rows] - j @ np.linalg.solve(np.eye(j.shape[1]) + j.T @ j, j.T @ effect[rows])
-        reach = float(weighted @ effect[rows])
+        reach = float(weighted @ effect[rows])  # f' W f: one over the variance of the share, where the noise is 1
         felt = reach * UNFELT**2 > sd**2
         share, error = (float(weighted @ y[rows]) / reach, sd / np.sqrt(reach)) if felt else (0.0, np.inf)
         gain = 0.5 * float((squares[0] - squares[1])[rows].sum())

@@ -126,13 +126,14 @@ def fits(
     """
     y, z = np.atleast_2d(y), np.atleast_2d(z)
     data = Data(y, z, like, np.broadcast_to(np.asarray(replicate, dtype=float), (len(y),)), weights)
+    # data sets that are fitted at a time, so that work arrays stay small
     step = max(1, (BLOCK if data.plain else CHUNK) // max(1, *(len(g.nodes) for g in grids)))
     step = max(1, min(step, CHUNK // max(1, y.shape[1] * (len(grids) if y.shape[1] <= MANY else 1))))
     # small arrays are cheaper by the dozen: grids of as many axes go together
-    alike: dict[int, list[int]] = {}
+    alike: dict[int, list[int]] = {}  # numbers of grids by their axes; -i for one that goes alone
     for i, grid in enumerate(grids):
         alike.setdefault(len(grid.shape) if data.plain and y.shape[1] <= MANY else -i, []).append(i)
-    parts = []
+    parts = []  # fits of every grid, for one slice of the data sets after another
     for start in range(0, max(len(y), 1), step):
         some = data.some(slice(start, start + step))
         found: dict[int, BestFit] = {}
@@ -141,6 +142,7 @@ def fits(
         parts.append([found[i] for i in range(len(grids))])
     if len(parts) == 1:
         return parts[0]
+    # each field of a fit of one grid, over all slices
     return [BestFit(*map(np.concatenate, zip(*(vars(f).values() for f in found), strict=True)))
             for found in zip(*parts, strict=True)]
 
@@ -154,6 +156,7 @@ def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[BestFit]
     """
     b, many = len(data.y), len(grids)
     starts = [_best_node(g.cells, data) for g in grids]
+    # all data sets once for every grid, one grid after the other
     every = data if many == 1 else data.some(np.tile(np.arange(b), many))
     owner = np.repeat(np.arange(many), b)
     inner = [s.products for s in starts if s.products is not None]
@@ -161,7 +164,7 @@ def _fitted(grids: Sequence[Grid], data: Data, residuals: bool) -> list[BestFit]
     found = _step(grids, every, owner, column, inner)
     if grids[0].shape:
         for g, grid in enumerate(grids):
-            if len(grid.sizes) > 1:
+            if len(grid.sizes) > 1:  # of two causes, which may trade off
                 _try_rows_beside(grid, data, found, slice(g * b, (g + 1) * b), starts[g].ranks)
         _go_on(grids, every, owner, found)
     out = []
@@ -290,18 +293,19 @@ def _try_rows_beside(grid: Grid, data: Data, found: _Found, part: slice, ranks: 
     part : of ``found``, the data sets on this grid
     ranks : of every node for each data set, from :func:`_best_node`
     """
+    # a row: nodes of one size of the first cause and one value of the inputs, over all sizes of the second
     cells, line = grid.cells, np.arange(grid.shape[1])
     numbers = np.arange(found.loglik.shape[-1])[part]
     last = grid.shape[0] - 1
-    active = np.arange(len(data.y))
+    active = np.arange(len(data.y))  # data sets whose fit may still move
     for _ in range(WALK):
         moved = []
-        for way in (-1, 1):
+        for way in (-1, 1):  # to the row before, and after
             at = found.column[part][active]
             row = at // len(line) % (last + 1) + way
             rows = active[(row >= 0) & (row <= last)]
-            first = (found.column[part][rows] // len(line) + way) * len(line)
-            column = first + ranks[rows[:, None], first[:, None] + line].argmax(axis=1)
+            first = (found.column[part][rows] // len(line) + way) * len(line)  # first node of that row
+            column = first + ranks[rows[:, None], first[:, None] + line].argmax(axis=1)  # its best one
             some = data.some(rows)
             before = some.like.loss(some.y - cells.nodes[column], some.weights)
             # a step from a node changes the residuals by at most `reach`: the best it can come to
@@ -334,6 +338,7 @@ def _go_on(grids: Sequence[Grid], data: Data, owner: Index, found: _Found) -> No
     for _ in range(WALK):
         active = active[(np.abs(found.move[:, active]) >= EDGE).any(axis=0)]
         move, index, mine = found.move[:, active], found.index[:, active].astype(int), owner[active]
+        # nodes to go on along every axis, -1, 0 or 1; none at the end of an axis
         on = np.where(np.abs(move) >= EDGE, np.sign(move), 0.0).astype(int)
         on = np.clip(index + on, 0, last[mine].T) - index
         goes = on.any(axis=0)

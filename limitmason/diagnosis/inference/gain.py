@@ -74,9 +74,9 @@ class Gain:
 def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence | None, critical_gain: float) -> Gain:
     """Gain of one explanation on one data set.
 
-    Every part left out is predicted by fits on the rest, baseline and extension alike, on the same grid. For the
-    repeated selection each fold takes the cause of the list with the best fit to the rest, or none when its gain stays
-    below what noise alone reaches.
+    Every part left out is predicted by fits on the rest, baseline and extension alike, on the same grid. In the
+    repeated selection each fold takes the cause of the list with the best fit to the rest. It takes none when that gain
+    stays below what noise alone reaches.
 
     Parameters
     ----------
@@ -138,6 +138,7 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
     names, y : causes of the explanation, () for the baseline, and whitened data, shape (n,)
     folds : number of the fold of each specimen, shape (n,)
     """
+    # one data set per fold, its own values at weight 0, shape (folds, n)
     weights = (folds[None, :] != np.arange(int(folds.max()) + 1)[:, None]).astype(float)
     fits = design.fit(names, np.broadcast_to(y, weights.shape), weights=weights)
     variance = design.like.variance(fits.loss, weights.sum(axis=1), spent=len(names))
@@ -148,10 +149,11 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
 def _selected(design: Design, y: np.ndarray, folds: np.ndarray, critical_gain: float) -> np.ndarray:
     """Score over the baseline of every value, (n,), with the cause best for the rest.
 
-    It is 0 where no cause gains ``critical_gain`` on the rest.
+    The rest are the values outside its fold. It is 0 where no cause gains ``critical_gain`` on them.
     """
     null, *listed = (left_out(design, names, y, folds) for names in ((), *design.listed))
-    gains = np.array([u.loglik - null.loglik for u in listed])
+    gains = np.array([u.loglik - null.loglik for u in listed])  # shape (causes, folds)
+    # number of the cause that each value is predicted by, -1 for the baseline, shape (n,)
     chosen = np.where(gains.max(axis=0) >= critical_gain, np.argmax(gains, axis=0), -1)[folds]
     scores = np.array([u.score for u in listed])
     return np.where(chosen < 0, 0.0, scores[np.maximum(chosen, 0), np.arange(design.n)] - null.score)
@@ -160,6 +162,7 @@ def _selected(design: Design, y: np.ndarray, folds: np.ndarray, critical_gain: f
 def _score(each: np.ndarray, folds: np.ndarray) -> Score:
     """Sum of the scores of ``each`` value, with the standard error by folds."""
     count = int(folds.max()) + 1
+    # the sum of independent parts has the standard error sqrt(count) times the deviation of a part
     parts = np.bincount(folds, weights=each, minlength=count)
     error = float(np.sqrt(count) * parts.std(ddof=1)) if count > 1 else float("nan")
     return Score(float(each.sum()), error, each)

@@ -58,7 +58,7 @@ class Grid:
         return Cells(self.values, self.z)
 
     def place(self, inputs: Sequence[float] | np.ndarray) -> list[float]:
-        """Index along every axis of inputs, with fractions, at inputs in deviations."""
+        """Index along every axis of inputs, with fractions, of ``inputs`` [sd], (k,)."""
         return [float(np.interp(v, a, np.arange(len(a)))) for v, a in zip(inputs, self.z, strict=True)]
 
     @cached_property
@@ -108,7 +108,7 @@ class Grid:
             neighbour[axis] = np.clip(i + side, 0, length - 1)
             difference = self.nodes[np.ravel_multi_index(tuple(neighbour), self.shape)]
             difference -= self.nodes[node]
-            difference *= (side * move)[:, None]
+            difference *= (side * move)[:, None]  # cells moved towards that neighbour
             out += difference
         return out
 

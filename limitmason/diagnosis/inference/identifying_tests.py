@@ -79,11 +79,12 @@ def tests_that_identify(
     price : of each test of the pool, shape (rows of the pool,)
     """
     n = len(effect)
-    whole = discrepancy.kernels + np.eye(n) + slopes @ slopes.T
-    done, chosen, values = list(range(tested)), list[int](), list[float]()
-    first = np.zeros(n - tested)
+    whole = discrepancy.kernels + np.eye(n) + slopes @ slopes.T  # S + J J' of every bias, shape (m, n, n)
+    done, chosen, values = list(range(tested)), list[int](), list[float]()  # tested and chosen; excess after each step
+    first = np.zeros(n - tested)  # what each test alone adds, from the first step
     for _ in range(k + 1):
-        # S of every bias, and what an explanation exceeds it by: log det(S) and a square, each a half
+        # what the explanation exceeds every bias by: half of the square f' (S + J J')^-1 f, and half of the price log
+        # det(S + J J'), less that of no bias
         part = whole[:, done][:, :, done]
         inverse = np.linalg.inv(part)
         own = np.eye(len(done)) + slopes[done] @ slopes[done].T

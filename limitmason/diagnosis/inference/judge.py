@@ -16,10 +16,9 @@ from scipy.special import chdtri
 from limitmason.diagnosis.inference.bootstrap import share_of
 from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design, Names
-from limitmason.diagnosis.inference.discrepancy import Discrepancy
+from limitmason.diagnosis.inference.discrepancy import dose_of, dosed
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, by_kind
 from limitmason.diagnosis.inference.gain import left_out
-from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.rivals import DRIFT, Rivals
@@ -29,7 +28,6 @@ from limitmason.diagnosis.inference.verdict import CONDITIONS, Identification, R
 ROUNDS = 6  # of renewed tables of pairs
 PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as much as noise alone
 DRAWN = 699  # data sets drawn from the explanation: its own distribution of the excess
-SURE = 3.0  # standard errors by which the slope along its own contrast must differ from 0, and at most from 1
 LEVER = 2.0  # log-likelihood by which a name must beat every listed lever with another dependence
 CLOSE = 1e-6  # log-likelihood that rounding may be
 ODDS = 3.0  # the same over a drift in an order that is not recorded: 20 to 1
@@ -75,8 +73,6 @@ class Judge:
     def missing(self, sd: float = 1.0) -> Missing:
         """What happens when the true cause is not on the list, and margins against it.
 
-        It is worked out once.
-
         Parameters
         ----------
         sd : noise in stated units, where it is not stated
@@ -97,9 +93,7 @@ class Judge:
     ) -> bool:
         """Whether the conditions of a name beside its margin hold, without draws.
 
-        Parameters
-        ----------
-        kinds : evidence of every kind of test
+        ``kinds`` is what each kind of data shows of it; the other arguments are those of the module.
         """
         rivals = self.rivals(sd)
         _, beyond, asked = self._nearest_lever(rivals, names, effect, loglik, y)
@@ -127,11 +121,13 @@ class Judge:
         -------
         rival, beyond, asked : its name; by how much the explanation is likelier [log]; how much is asked [log]
         """
-        like, levers, rival, beyond, asked = self.design.like, rivals.levers(names), "", np.inf, LEVER
+        like, levers = self.design.like, rivals.levers(names)
+        rival, beyond, asked = "", np.inf, LEVER  # where there is no lever, nothing comes near
         if levers.along:
             each = levers.each(data[None], like)[0]
             rival, beyond = levers.along[int(each.argmax())], loglik - float(each.max())
         over_drift = loglik - rivals.drift(names, effect, data[None], like)
+        # the one that lacks more of what is asked
         return (DRIFT, over_drift, ODDS) if over_drift - ODDS < beyond - asked else (rival, beyond, asked)
 
     def rivals(self, sd: float = 1.0) -> Rivals:
@@ -149,10 +145,7 @@ class Judge:
         return float(f"{self.design.noise_of(names, fit):.2g}")
 
     def carrying(self, shares: Shares) -> Judge:
-        """What judges with some shares of the noise.
-
-        Margins are those of independent noise.
-        """
+        """This judge with shared noise carried, margins as for independent noise."""
         if not shares.shares:
             return self
         return replace(self, design=self.design.sharing(shares.correlation), rehearsed=self)
@@ -170,20 +163,22 @@ class Judge:
         shared : columns whose labels may share noise; None are the circumstances of the tests
         renewed : checks the tables of pairs that a verdict hangs on, and says whether one was replaced
         """
+        # shares of the noise beside the baseline, the gate with them, and for an alarm shares beside its best cause
         shares = estimated_shares(self.design, y, shared)
         alarm = ConfidenceSet(self.carrying(shares).design, draws, self.rule).alarm(y, self.unstated)
-        if alarm.kind == VerdictKind.UNEXPLAINED and shares.estimated:  # beside the best explanation
+        if alarm.kind == VerdictKind.UNEXPLAINED and shares.estimated:
             shares = estimated_shares(self.design, y, shared, price=alarm.critical_gain)
         judge = self.carrying(shares)
         verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
+        # judged anew while a table of a pair that the verdict hangs on was wrong, and was replaced
         for _ in range(ROUNDS):
             if not renewed(judge.design, verdict):
                 break
             if judge is not self:
-                self.design.forget_pairs()
+                self.design.forget_pairs()  # the design of independent noise has grids of the wrong tables too
             verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
         for names in verdict.pairs:
-            self.design.grid(names)
+            self.design.grid(names)  # made now: a closed design makes no table
         return Judged(verdict, judge.design.closed(), shares)
 
     def judge_with_own_noise(
@@ -211,21 +206,24 @@ class Judge:
         return replace(verdict, rehearsed=self.missing(sd))
 
     def _with_identification(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
-        """The verdict with its one name identified.
+        """The verdict with the record of its one explanation, if it has just one.
 
-        "Behaves like" where the record does not hold; withdrawn where residuals keep a trend or a kind of data
-        rejects it.
+        It becomes "behaves like" where a condition of the record is missing. It is withdrawn where its residuals keep a
+        model discrepancy, or a kind of data that should show the effect does not.
 
         Parameters
         ----------
+        decision : draws data from explanations
+        verdict : of the confidence set
+        y : whitened data, per specimen, shape (n,)
         pairs : whether two causes may be tried
         """
-        if len(verdict.kept) != 1:
+        if len(verdict.kept) != 1:  # nothing is named, or a set
             return verdict
         record: Identification | None = self.identification_of(decision, verdict, y)
         if record is not None and len(record.names) == 1:
             verdict, record = self._second_look(decision, verdict, record, y, pairs)
-        if record is None:
+        if record is None:  # no single explanation is left
             return verdict
         if (verdict.pairs and record.structure < self.rule.structure) or any(k.absent for k in record.kinds):
             left = _left_structure(verdict, verdict.kept[0])
@@ -277,7 +275,8 @@ class Judge:
         A friction that differs by direction acts through one lever, and two listed causes together can imitate it. A
         pair must beat every such lever by as much as a single name must.
         """
-        rivals, rivalled, nearest = self.rivals(self.noise(verdict)), list[Names](), (-np.inf, "")
+        rivals, rivalled = self.rivals(self.noise(verdict)), list[Names]()
+        nearest = (-np.inf, "")  # log evidence and name of the best lever among those that do as well
         for names in verdict.pairs:
             levers = rivals.levers(names)
             each = levers.each(self.design.turned(y)[None], self.design.like)[0] if levers.along else np.zeros(0)
@@ -289,7 +288,10 @@ class Judge:
         return replace(verdict.without(rivalled), withdrawn=(), rivalled=tuple(rivalled), rival=nearest[1])
 
     def identification_of(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Identification:
-        """Record that holds one explanation against every model discrepancy."""
+        """Record that holds one explanation against every model discrepancy.
+
+        It is the first that ``verdict`` keeps; ``decision`` draws data from it.
+        """
         design, rule, names = self.design, self.rule, verdict.kept[0]
         of_noise, folds = self.noise(verdict), self.folds
         rivals, rehearsed = self.rivals(of_noise), self.missing(of_noise)
@@ -305,10 +307,12 @@ class Judge:
         again = design.fit(names, drawn, z, replicate)
         # the inputs' own data are part of the draw: what the fit leaves of them is a shift of the values to first order
         shifted = drawn - z @ (rivals.slopes * rivals.sd).T
-        observed = float(rivals.excess(names, fit, data, parts=parts)[0])
-        over = rivals.excess(names, again, shifted, replicate, parts)
-        left, more = float(rivals.structure(names, fit)[0]), rivals.structure(names, again, replicate)
-        p = share_of(over <= observed)
+        excess = float(rivals.excess(names, fit, data, parts=parts)[0])
+        drawn_excess = rivals.excess(names, again, shifted, replicate, parts)
+        structure = float(rivals.structure(names, fit)[0])
+        drawn_structure = rivals.structure(names, again, replicate)
+        # chance of so small an excess, were the explanation true, and what one would then expect
+        p, expected = share_of(drawn_excess <= excess), float(np.median(drawn_excess))
         slope, error = dose_of(discrepancy, rivals.slopes, effect, data, sd)
         kinds = by_kind(design, effect, y, verdict.null.residuals[0], fit.residuals[0], sd)
         together = len(names) == 1 and agree(kinds)
@@ -319,10 +323,10 @@ class Judge:
         by_fold = np.bincount(folds, weights=own - design.like.log_score(miss, spread * sd**2))
         ahead = float(by_fold.sum())
         ahead_error = float(np.sqrt(len(by_fold)) * by_fold.std(ddof=1)) if len(by_fold) > 1 else 0.0
-        holds = {
-            "lever": float(np.median(over)) >= margin,
+        holds = {  # by the names of ``CONDITIONS``
+            "lever": expected >= margin,
             "dose": dosed(slope, error),
-            "excess": observed >= margin,
+            "excess": excess >= margin,
             "usual": p >= rule.usual,
             "left out": float(np.sum(own - base)) > 0.0 and ahead + ahead_error >= 0.0,
             "rival levers": beyond >= asked,
@@ -330,10 +334,10 @@ class Judge:
         }
         return Identification(
             names=names, missing=tuple(name for name in CONDITIONS if not holds[name]),
-            along=discrepancy.along[nearest], excess=observed, margin=margin, expected=float(np.median(over)),
-            chance=float(np.mean(over >= margin)), p=p, slope=slope, slope_error=error, ahead=ahead,
-            ahead_error=ahead_error, structure=share_of(more >= left), kinds=kinds, rival=rival, rival_excess=beyond,
-            alone=design.alone,
+            along=discrepancy.along[nearest], excess=excess, margin=margin, expected=expected,
+            chance=float(np.mean(drawn_excess >= margin)), p=p, slope=slope, slope_error=error, ahead=ahead,
+            ahead_error=ahead_error, structure=share_of(drawn_structure >= structure), kinds=kinds, rival=rival,
+            rival_excess=beyond, alone=design.alone,
         )
 
     def _second_gains(self, verdict: Verdict, names: Names, y: np.ndarray) -> float:
@@ -349,7 +353,19 @@ class Judge:
 
         Pairs are tried where the residuals ask for them. A pair counts if it gains more over the single name than the
         best of all second causes would by chance.
+
+        Parameters
+        ----------
+        decision : the confidence set, which tries pairs
+        verdict, record : the single name, and what stands behind it
+        y : whitened data, per specimen, shape (n,)
+        pairs : whether pairs may be tried
+
+        Returns
+        -------
+        verdict, record : as they were, or of what is left: a pair, several (record None), or nothing (record None)
         """
+        # better: whether something is known to do better than the single name, here structure in its residuals
         names, better = record.names, record.structure < self.rule.structure
         if record.structure >= self.rule.asks or not (better or pairs):
             return verdict, record
@@ -359,7 +375,7 @@ class Judge:
             return replace(verdict, tried_pairs=bool(self.design.pair_names)), record
         bare = _left_structure(verdict, names)
         both = self.beside_levers(decision.with_pairs(y, bare), y) if pairs else bare
-        if both.pairs and not better:
+        if both.pairs and not better:  # a pair that is kept must itself gain enough
             better = both.tested[both.pairs[0]].gain - verdict.tested[names].gain >= enough
         if not better:
             return replace(verdict, tried_pairs=both.tried_pairs), record
@@ -371,29 +387,3 @@ class Judge:
 def _left_structure(verdict: Verdict, names: Names) -> Verdict:
     """The verdict without its one explanation, which leaves a model discrepancy."""
     return replace(verdict.without([names]), withdrawn=(), structured=(names,))
-
-
-def dosed(slope: float, error: float) -> bool:
-    """Whether the share of an effect, with its standard error [-], is sure and near 1."""
-    return slope >= SURE * error and abs(slope - 1.0) <= SURE * error
-
-
-def dose_of(
-    discrepancy: Discrepancy, slopes: np.ndarray, effect: np.ndarray, data: np.ndarray, sd: float
-) -> tuple[float, float]:
-    """Share of the fitted effect that no bias could make, and its standard error [-].
-
-    The contrast is the part of the effect that is left when the nearest bias and the measured inputs have taken all
-    they can. A share of 1 is all of the effect, 0 none.
-
-    Parameters
-    ----------
-    effect, data, sd : both whitened, shape (n,); noise in stated units [-]
-    slopes : J in units of the noise, shape (n, number of measured inputs)
-    """
-    contrast = discrepancy.weighted(discrepancy.best(effect / sd, Likelihood()), effect)
-    reach = float(contrast @ effect)
-    if reach <= 0.0:
-        return 0.0, float("inf")
-    spread = float(contrast @ contrast + np.square(contrast @ slopes).sum())  # of noise and measured inputs
-    return float(contrast @ data) / reach, sd * float(np.sqrt(spread)) / reach

@@ -75,9 +75,9 @@ def leave_each_out(
     share, each : largest share of wrong names, of all together and of a single name
     """
     names = [c.name for c in design.causes]
-    count = max(PER_CAUSE, -(-ALL // len(names)))
-    chances = Draws.make([seed, _STREAM, design.n], design.n, design.inputs, design.noise, count)
-    ratio = known.scale / design.scale
+    count = max(PER_CAUSE, -(-ALL // len(names)))  # ALL / names, rounded up
+    chances = Draws.make([seed, _STREAM, design.n], n=design.n, k=design.inputs, noise=design.noise, count=count)
+    ratio = known.scale / design.scale  # noise that is drawn over the scale of the tables, shape (n,)
     parts = [_planted(design, known, cause, chances, ratio) for cause in design.causes]
     # data sets, one a row: ``count`` of each planted cause
     y = np.concatenate(parts)
@@ -106,6 +106,7 @@ def leave_each_out(
         residual = y[row] - grid.values_from(fit.node[[row]], fit.position[[row]])[0]
         kinds = by_kind(design, effect, y[row], y[row], residual, float(np.mean(ratio)))
         held[int(row)], both[row] = (effect, kinds), agree(kinds)
+    # floors raised until names are seldom given to data whose cause is missing: of all data, and of those that agree
     margins, less = (_margins(names, best[some], wrong[some], len(y), least, share, each)
                      for some, least in ((alone, floor), (both, agreed)))
     limit, lower = (np.array([m[n] for n in names]) for m in (margins, less))
@@ -126,7 +127,15 @@ def visible(known: Design, cause: Listed) -> list[tuple[float, float]]:
 
 
 def position_of(grid: Grid, size: float | None, inputs: np.ndarray) -> np.ndarray:
-    """Place of a size, None for the baseline, and of inputs on a grid, within ends."""
+    """Index along every axis of a grid, with fractions, of a size and inputs.
+
+    What lies beyond the end of an axis gets the index of the end.
+
+    Parameters
+    ----------
+    size : of the cause; None on the grid of the baseline, which has no axis of sizes
+    inputs : measured inputs in standard deviations from their values, shape (k,)
+    """
     values = ([] if size is None else [size]) + list(inputs)
     axes = (*grid.sizes, *grid.z)
     return np.array([np.interp(v, a, np.arange(len(a))) for v, a in zip(values, axes, strict=True)])
@@ -180,7 +189,7 @@ def _margins(
     margins = {}
     for i, name in enumerate(names):
         reached = np.sort(excess[given == i])[::-1]
-        allowed = int(each * trials)
+        allowed = int(each * trials)  # so many wrong names may pass
         margins[name] = floor if len(reached) <= allowed else max(floor, _above(reached[allowed]))
     limit = np.array([margins[n] for n in names])
     passing = np.sort(excess[excess >= limit[given]])[::-1] if len(given) else np.zeros(0)

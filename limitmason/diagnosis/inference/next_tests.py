@@ -53,6 +53,7 @@ class Confusable(Displayed):
         out = []
         for i, a in enumerate(self.names):
             for j, b in enumerate(self.names[:i]):
+                # either one as the true cause, the other as its rival
                 visible = [d for d, name in ((self.d2[i, j], a), (self.d2[j, i], b)) if self.seen[name] >= SEEN]
                 if visible and min(visible) < TWIN:
                     out.append((b, a))
@@ -176,7 +177,7 @@ def confusable(design: Design) -> Confusable:
         grid = design.singles[cause.name]
         curve = at_measured(grid)
         far = distances(curve, design.null)
-        picks = []
+        picks = []  # node that is compared on each side of the baseline
         for side in cause.sides:
             rows = outward(grid, cause, side)[1:]
             reached = rows[far[rows] >= REFERENCE]
@@ -281,6 +282,7 @@ def choose_tests(
     for _ in range(k):
         worth = np.zeros(adds[0].shape[1])
         for total, add in zip(sums, adds, strict=True):
+            # d2 of the pair so far, and with each row of the pool: the rival takes its best node anew
             now, d2 = total.min(), (total[:, None] + add).min(axis=0)
             # a tie among the capped goes to the larger: a thousandth of what lies between the cap and four times it
             worth += np.minimum(d2, cap) - min(now, cap) + 1e-3 * (np.minimum(d2, 4 * cap) - min(now, 4 * cap))
@@ -296,6 +298,8 @@ def apart(
     pairs: Sequence[tuple[Names, Names]],
 ) -> tuple[list[np.ndarray], list[np.ndarray]]:
     """Squared distance d2 of every pair on tested rows, and what each pool row adds.
+
+    They are told at every node of the rival, whose sizes and inputs are refitted by taking the least of them.
 
     Parameters
     ----------

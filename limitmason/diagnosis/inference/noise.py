@@ -186,7 +186,7 @@ class Noise:
         normal = rng.standard_normal((count, n))
         if self.misread is None:
             return normal
-        rate = np.abs(self.misread)
+        rate = np.abs(self.misread)  # 0 for a measured row, for which another number stands in below
         # the same normal numbers choose which are misread, so that one seed means one set of errors
         wrong = normal > ndtri(1.0 - np.where(rate > 0.0, rate, 0.5))
         seen = np.sign(self.misread) * np.where(wrong, 1.0 - rate, -rate)

@@ -23,12 +23,18 @@ NEARLY = (0.8, 1.0, 1.25)  # of the fitted effect: mean of a drift
 
 
 def dependences(columns: Mapping[str, Sequence], *, alone: bool = False) -> dict[str, list[np.ndarray]]:
-    """Other dependences of a lever, as factors of kernels: labels, number, level.
+    """How a lever may differ along each column: factors F, its covariance being F F'.
+
+    A number gives a line with a constant, and a level on either side of its median; labels give a level each.
 
     Parameters
     ----------
-    columns : name to values, numbers or labels
-    alone : whether a factor that one label only has is looked at too
+    columns : name to values, numbers or labels, one per row
+    alone : whether a level that one label alone has is a factor too
+
+    Returns
+    -------
+    Factors by column, shape (n, r) each; a column with one value, or with labels that never repeat, gives none.
     """
     out: dict[str, list[np.ndarray]] = {}
     for name, column in columns.items():
@@ -42,7 +48,7 @@ def dependences(columns: Mapping[str, Sequence], *, alone: bool = False) -> dict
             labels = list(x > np.median(x))
         if 1 < len(set(labels)) < len(labels):
             factors.append(one_of_each(labels))
-            factors += list(factors[-1].T[:, :, None]) if alone else []
+            factors += list(factors[-1].T[:, :, None]) if alone else []  # each label as a factor of its own, (n, 1)
         if factors:
             out[name] = factors
     return out
@@ -75,10 +81,10 @@ class Rivals:
     def levers(self, names: Names) -> Discrepancy:
         """Levers with another dependence than on the explanation's own columns.
 
-        A rival is the effect of a listed cause at its largest size, or of a measured input, scaled to a mean square of
-        one, times an unknown factor that depends on a column: a friction that differs by direction, a softness that
-        grows with the load. Beside a pair of causes the factor may also differ for one label only, but not by quantity:
-        that is a reading, which the list has.
+        A rival is the effect of a listed cause at its largest size, or of a measured input, times an unknown factor
+        that depends on a column. Effects are scaled to a mean square of one. Such are a friction that differs by
+        direction, and a softness that grows with the load. Beside a pair of causes the factor may also differ for one
+        label only, but not by quantity: that is a reading, which the list has.
 
         Parameters
         ----------
@@ -90,9 +96,9 @@ class Rivals:
         return self._levers[own, len(names)]
 
     def _levers_but(self, own: tuple[str, ...], alone: bool) -> Discrepancy:
-        """What listed causes act through, depending otherwise than on ``own`` columns.
+        """Levers of listed causes times a factor along other columns than ``own``.
 
-        With ``alone``, also on one label each.
+        ``alone`` is for pairs: the factor may then differ for one label only, and measured inputs are levers too.
         """
         inner = tuple(f" in {kind}" for kind in set(self.design.kinds))
         plain: dict[str, Sequence[Any]] = {
@@ -108,9 +114,10 @@ class Rivals:
         return self._acting(self._effects(measured=True), {"specimen": [one_of_each(column)]}, AMPLITUDES)
 
     def _effects(self, *, measured: bool) -> dict[str, np.ndarray]:
-        """Effect of every listed cause at its largest size, and of inputs, shape (n,).
+        """Effect of every listed cause at its largest size, by name, shape (n,).
 
-        Those of measured inputs are there where asked.
+        Where ``measured`` is set, also of every measured input at one standard deviation. In units of the noise, per
+        specimen.
         """
         design = self.design
         null = design.null.between(design.null.zero)
@@ -122,24 +129,24 @@ class Rivals:
         return out
 
     def _acting(
-        self, effects: Mapping[str, np.ndarray], ways: Mapping[str, list[np.ndarray]], amplitudes: Sequence[float]
+        self, effects: Mapping[str, np.ndarray], varying: Mapping[str, list[np.ndarray]], amplitudes: Sequence[float]
     ) -> Discrepancy:
         """Effects, at a mean square of one, times unknown factors by columns.
 
         Parameters
         ----------
         effects : whitened effect of every lever at its largest size, shape (n,)
-        ways : factors by column, shape (n, r) each
-        amplitudes : sizes that are tried [-]
+        varying : how they may differ along each column, see :func:`dependences`: factors, shape (n, r) each
+        amplitudes : root mean squares of a lever that are tried, in units of the noise
         """
         along, factors = [], []
         for name, effect in effects.items():
             size = float(np.sqrt(np.mean(effect**2)))
             if size <= _UNFELT:
                 continue
-            for column, parts in ways.items():
+            for column, parts in varying.items():
                 for part in parts:
-                    lever = self.design.turned(effect / size * part.T).T
+                    lever = self.design.turned(effect / size * part.T).T  # F of the bias but for its amplitude, (n, r)
                     for amplitude in amplitudes:
                         along.append(f"{name} by {column}")
                         factors.append(amplitude * lever)
@@ -148,8 +155,8 @@ class Rivals:
     def over_scatter(self, fit: BestFit, y: np.ndarray) -> np.ndarray:
         """Log evidence of the best lever that differs by specimen, over scatter, (b,).
 
-        With R_k the sum of squares that the baseline leaves in the n_k rows of a kind and P that of the inputs' data,
-        more scatter in each kind has the log-likelihood ``-sum (n_k log s_k^2 + R_k / s_k^2) / 2 - P / 2``, s_k^2 the
+        More scatter in each kind has the log-likelihood ``-sum (n_k log s_k^2 + R_k / s_k^2) / 2 - P / 2``. R_k is the
+        sum of squares that the baseline leaves in the n_k rows of a kind, and P that of the inputs' data; s_k^2 is the
         larger of R_k / n_k and 1.
 
         Parameters
@@ -165,7 +172,7 @@ class Rivals:
         return self.by_specimen.evidence(y, self.design.like) - scatter
 
     def drift(self, names: Names, effect: np.ndarray, y: np.ndarray, like: Likelihood) -> float:
-        """Log evidence of the same effect growing from test to test, order not recorded.
+        """Log evidence that the effect grows from test to test, order not recorded.
 
         Specimen i of m shows t_i of the effect f: a permutation of 0, 2/(m-1), ... 2, of mean 1, variance
         V = (m+1) / 3(m-1) and covariance -V/(m-1), taken as normal. Minus infinity where an order is recorded, or the
@@ -185,6 +192,7 @@ class Rivals:
         if not orders or orders & set(design.columns) or m < 2:
             return -np.inf
         f = design.apart(effect) / self.sd
+        # P: 1 where two rows are of one specimen
         spread = (m + 1.0) * m / (3.0 * (m - 1.0) ** 2)  # V m / (m - 1): covariance V (P - 11' / m) m / (m - 1)
         factor = design.turned(np.sqrt(spread) * f * (one_of_each(specimens) - 1.0 / m).T).T
         made = [Discrepancy([DRIFT], [a * factor], self.slopes).evidence(y - a * effect, like) for a in NEARLY]
@@ -206,6 +214,7 @@ class Rivals:
         like, data = self.design.like, np.atleast_2d(y)
         if len(names) == 1:
             return fit.loglik - self.of(names).evidence(data, like, replicate)
+        # what is left beside the other cause must beat the biases that could stand in for this one
         beside = zip(names, reversed(parts), strict=True)
         return fit.loglik - np.max([self.of((n,)).evidence(data - part, like, replicate) for n, part in beside], axis=0)
 
@@ -213,8 +222,6 @@ class Rivals:
         self, listed: Sequence[Names], fitted: Sequence[BestFit], y: np.ndarray, replicate: float | np.ndarray = 1.0
     ) -> np.ndarray:
         """Log-likelihood of causes over the evidence of all biases, shape (causes, b).
-
-        It is that of the same data.
 
         Biases are weighed once for causes that act along the same columns.
 
@@ -224,6 +231,7 @@ class Rivals:
         fitted : its fits
         y, replicate : whitened data sets, shape (b, n), and variance of their replicates over the stated one, (b,)
         """
+        # by own columns, for the last cause that has these
         evidence = {own: self.of(names).evidence(y, self.design.like, replicate)
                     for own, names in {self.design.own(n): n for n in listed}.items()}
         return np.array([f.loglik - evidence[self.design.own(n)] for n, f in zip(listed, fitted, strict=True)])

@@ -148,13 +148,17 @@ class Components:
         self._whole, self._products = whole, whole.T @ whole
 
     def _weight(self, shares: Mapping[str, float]) -> tuple[np.ndarray, float]:
-        """M of (C + J J')^-1 = (I - A M A') / s, A all labels and inputs, log det(C) / 2."""
+        """M with (C + J J')^-1 = (I - A M A') / s, and log det(C) / 2, for given shares.
+
+        A = [Z, J] holds all labels and slopes side by side, and V is the diagonal of shares and of ones for slopes. By
+        Woodbury (s I + A V A')^-1 gives M = R (I + R A'A R)^-1 R with R = (V / s)^0.5.
+        """
         rest = 1.0 - sum(shares.values())
         variance = np.zeros(len(self._products))
         for name, share in shares.items():
             variance[self._columns[name]] = share
-        count = len(variance) - self.slopes.shape[1]
-        variance[count:] = 1.0
+        count = len(variance) - self.slopes.shape[1]  # columns of labels
+        variance[count:] = 1.0  # of every measured input, in its standard deviations
         root = np.sqrt(variance / rest)
         inner = np.eye(len(root)) + root[:, None] * self._products * root
         price = 0.5 * self.design.n * np.log(rest)
@@ -241,26 +245,25 @@ def assumed(column: Sequence, share: float = PLAUSIBLE) -> np.ndarray:
 
 
 def alike(covariates: Mapping[str, Sequence]) -> list[int] | None:
-    """Groups of like specimens, where an unstated share would do most harm.
+    """Number of the group of each specimen, those with like covariates in one.
 
-    They are made by the distance of covariates.
-
-    Average linkage of numbers over their standard deviation and labels that differ (1) or agree (0); None where nothing
-    is recorded or there are too few specimens for two groups.
+    Noise that such specimens share unstated would do most harm. The groups come from average linkage by the distance
+    of covariates: numbers over their standard deviation, labels that differ (1) or agree (0). None where nothing is
+    recorded or there are too few specimens for two groups.
     """
     parts = []
     for column in covariates.values():
         if is_numeric(column):
             x = np.asarray(column, dtype=float)
             if np.ptp(x) > 0:
-                parts.append((x[:, None] - x[None]) ** 2 / (2.0 * x.var()))
+                parts.append((x[:, None] - x[None]) ** 2 / (2.0 * x.var()))  # 2 var: mean square of a difference
         elif 1 < len({str(v) for v in column}) < len(column):
             parts.append(1.0 - same(column))
     if not parts or len(parts[0]) < 2 * ALIKE:
         return None
     apart = np.sqrt(sum(parts))
     n = len(apart)
-    condensed = apart[np.triu_indices(n, 1)]
+    condensed = apart[np.triu_indices(n, 1)]  # each pair once, as linkage takes distances
     labels = fcluster(linkage(condensed, "average"), max(2, round(n / ALIKE)), "maxclust")
     return [int(v) for v in labels] if len(set(labels)) > 1 else None
 
@@ -311,12 +314,11 @@ def _correlation(n: int, shares: Mapping[str, float], blocks: Mapping[str, np.nd
 
 
 def seen_if_shared(design: Design, effects: np.ndarray) -> np.ndarray:
-    """Distance of nine in ten data sets if half of their noise is taken as shared.
+    """Distance from the baseline that nine in ten data sets with an effect reach.
 
-    Their noise is independent.
-
-    With f an effect, J the change of the baseline per standard deviation of each measured input, C the correlation with
-    half of the variance shared by the specimens that f acts on much, and by the others, and w = (C + J J')^-1 f::
+    The test takes half of the noise as shared, while the noise itself is independent. With f an effect, J the change of
+    the baseline per standard deviation of each measured input, C the correlation with half of the variance shared by
+    the specimens that f acts on much, and by the others, and w = (C + J J')^-1 f::
 
         d = sqrt(f' w) - 1.28 sqrt(w' (I + J J') w / f' w)
 
@@ -327,7 +329,7 @@ def seen_if_shared(design: Design, effects: np.ndarray) -> np.ndarray:
     """
     slopes = design.null.slopes
     extra, one = slopes @ slopes.T, np.eye(design.n)
-    out = np.full(len(effects), -np.inf)
+    out = np.full(len(effects), -np.inf)  # what stays so: no effect on any specimen, never seen
     for k, effect in enumerate(effects):
         groups = same(two_groups_by_effect(effect * design.scale))
         weight = np.linalg.solve((1.0 - PLAUSIBLE) * one + PLAUSIBLE * groups + extra, effect)
@@ -347,6 +349,7 @@ def two_groups_by_effect(effect: np.ndarray) -> list[int]:
     size = np.abs(effect)
     if size.std() <= EVEN * size.mean():
         return [1] * len(size)
+    # the cut of the ordered effects that leaves least squares about the means of both groups
     ordered = np.sort(size)
     cuts = range(1, len(size))
     scatter = [j * np.var(ordered[:j]) + (len(size) - j) * np.var(ordered[j:]) for j in cuts]

@@ -127,7 +127,7 @@ class Trends:
         if not self.trends:
             return np.ones((len(whole), 0)), k, free
         squares, ends = turned**2, np.cumsum([0, *(m.shape[1] for m in self._means)])
-        # squares about the means, by which set of means they are
+        # squares about the mean of all rows, or of each kind; trends hold the very arrays of these means, told by id
         about = {id(m): whole - squares[:, a:b].sum(axis=1)
                  for m, a, b in zip(self._means, ends, ends[1:], strict=False)}
         total = np.array([about[id(t.means)] for t in self.trends]).T

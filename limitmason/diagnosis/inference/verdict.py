@@ -236,7 +236,7 @@ class Verdict:
         return self.identification.distinct if self.identification is not None else self.kind != "behaves like"
 
     def without(self, names: Sequence[Names]) -> "Verdict":
-        """The verdict after explanations are withdrawn; "unexplained" if none is left."""
+        """The verdict without some explanations, "unexplained" if none is left."""
         left = tuple(n for n in self.kept if n not in set(names))
         tested = {n: replace(t, kept=False) if n in names else t for n, t in self.tested.items()}
         if not left:

@@ -78,11 +78,12 @@ def judge_again(
     n, noise, rule = design.n, design.noise, replace(rule, screen=True, far=NEAR)
     carried = shares.correlation if shares.shares else None
     say("the verdict with the noise taken as unknown")
-    chances = Draws.make([seed, n], n, design.inputs, noise, QUICK)
+    chances = Draws.make([seed, n], n=n, k=design.inputs, noise=noise, count=QUICK)
     plain = judged(design, y, chances, pairs=False, shared=carried)
     unknown = Noise.unknown()
     other = judged(
-        design.with_noise(unknown), y, Draws.make([seed, n], n, design.inputs, unknown, QUICK), pairs, carried
+        design.with_noise(unknown), y, Draws.make([seed, n], n=n, k=design.inputs, noise=unknown, count=QUICK), pairs,
+        shared=carried,
     )
     dropped = []
     for i in range(n):

@@ -79,8 +79,8 @@ def load(specimen: str, **options: Any) -> Experiment:
         published=table.quantities(row, {"UDEC limit force": "V_udec"}, "calibrated on these walls"),
         assumptions=(*said["assumptions"]["always"], *_assumed_of_units(chosen)),
         targets=(
-            TargetValue("Vmax+", "measured", None, "+"),
-            TargetValue("Vmax-", "measured", None, "-"),
+            TargetValue("Vmax+", "measured", direction="+"),
+            TargetValue("Vmax-", "measured", direction="-"),
             TargetValue("UDEC limit force", "published", "non-associative"),
         ),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),

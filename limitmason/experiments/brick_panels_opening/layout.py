@@ -68,12 +68,13 @@ def panel(
     start : "whole" or "half", the brick at the ends of the bottom course
     bearing : of the soldier course on each pier [m], whole soldiers over both
     """
-    soldiers = Opening(
-        outline.pier, 0.0, span, outline.below * UNIT[1], head="soldier", bearing=float(bearing) if bearing else None
+    opening = Opening(
+        x=outline.pier, z=0.0, width=span, height=outline.below * UNIT[1], head="soldier",
+        bearing=float(bearing) if bearing else None,
     )
     found = wall(
         length=2.0 * outline.pier + span, courses=outline.below + _SOLDIERS + outline.above, unit=UNIT, joint=joint,
         start=start, density=brick.density or 2000.0, spreader=(UNIT[0], UNIT[1]),
-        openings=[soldiers],
+        openings=[opening],
     )
     return found.with_material(brick)

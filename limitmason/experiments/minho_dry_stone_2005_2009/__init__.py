@@ -74,7 +74,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     series = series_table.row(row["series"], "series")
     chosen = chosen_options(OPTIONS, options, NAME)
     assumptions, names = list(said["assumptions"]["always"]), said["quantities"]
-    left_open: dict[str, tuple[Any, ...]] = {}
+    left_open: dict[str, tuple[Any, ...]] = {}  # options that sources leave open, with the values to show
     known, height = bool(series["friction"]), float(row["H0"]) / 1e3  # of the horizontal force above the ground [m]
     if chosen["friction"] is None:
         chosen["friction"] = float(series["friction"]) if known else WS_FRICTION
@@ -104,7 +104,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     if chosen["crushing"]:
         assumptions.append("The prism strength of the masonry is assumed for every joint, uniform and plastic.")
     measured = table.quantities(row, names["measured"])
-    targets = [TargetValue(f"Vmax{s}", "measured", None, s) for s in "+-" if f"Vmax{s}" in measured]
+    targets = [TargetValue(f"Vmax{s}", "measured", direction=s) for s in "+-" if f"Vmax{s}" in measured]
     failure = [w for w, c in (("flexural", "F"), ("rocking", "R"), ("sliding", "SL"), ("toe crushing", "TC"))
                if row[f"failure_{c}"] == "1"]
     return Experiment(

@@ -127,7 +127,7 @@ def load(specimen: str, **options: Any) -> Experiment:
             "void ratio": row["void_ratio"] or "unknown", "H0 over H": row["H0_over_H"], "campaign": row["campaign"],
             "failure type": "kept back" if response is None else response["failure_mode"],
         },
-        targets=tuple(TargetValue(f"Vmax{s}", "measured", None, s) for s in "+-" if f"Vmax{s}" in measured),
+        targets=tuple(TargetValue(f"Vmax{s}", "measured", direction=s) for s in "+-" if f"Vmax{s}" in measured),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
         no_model="" if has_shear_span(row) else f"wall {specimen} has {row['H0_over_H']!r} for its shear span",
     )
@@ -248,8 +248,8 @@ def crack_joint(test: Experiment) -> Joint:
         cohesion = options["crack_factor"] * ft / slenderness * math.sqrt(1.0 + stress / ft)
         tension = min(ft, cohesion / math.tan(math.radians(friction_deg)))  # no more than the apex of the cone
     return Joint(
-        friction_deg, options["dilatancy_deg"], options["crack_share"] * cohesion, options["crack_share"] * tension,
-        compressive_strength=strength, name="crack in a unit",
+        friction_deg, dilatancy_angle_deg=options["dilatancy_deg"], cohesion=options["crack_share"] * cohesion,
+        tensile_strength=options["crack_share"] * tension, compressive_strength=strength, name="crack in a unit",
     )
 
 
