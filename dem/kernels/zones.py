@@ -309,6 +309,7 @@ def joint_forces(nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array,
         row = contacts.joint[k]
         moved = slip - contacts.along[k], 0.0, opening - contacts.opening[k]
         contacts.along[k], contacts.opening[k] = slip, opening
+        # in the plane nothing slips along a second axis, and there are no dashpots; True lets points dilate and crush
         if soft:
             t, _, n, contacts.slip[k], _, contacts.lift[k], contacts.damage[k], rubbed, raised, _, broken = return_map(
                 opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k],
