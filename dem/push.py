@@ -98,7 +98,7 @@ def push(
     steps = chosen.steps or default_steps(structure.period, structure.least_steps)
     counts = (steps, SLOWER * steps)[: len(files)]
     rest = part_file(checkpoint, "settled")
-    # a run that has begun was let through then; of a structure that has only settled the way is still to be judged
+    # a run that has begun was let through then; of one that has only settled the time of the push is still to be judged
     if not any(file is not None and file.exists() for file in files):
         swings = structure.to_settle if rest is None or not rest.exists() else 0.0
         _refuse_hopeless(structure, swings, 0 if chosen.steps else sum(counts), chosen.longest)
