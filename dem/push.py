@@ -84,7 +84,8 @@ def push(
     chosen, path = replace(settings or PushSettings(), **options), turning_points(to)
     made: type[DrivenStructure] = ZonedStructure if chosen.blocks == ZONED else BlockStructure
     structure = made(assembly, drive, loads, chosen)
-    # what acts only while it is driven; model, blocks, loads, servo and settling are in those of the structure
+    # digests of all that a file of a driven run must agree with: those of the structure, which are of model, blocks,
+    # loads, servo and settling, and those of what acts only while it is driven
     same = dict(structure.same) | digests(
         drive=(structure.unit.tolist(), structure.held.tolist(), chosen.calm or drive.calm), to=path,
         samples=chosen.samples, damping=chosen.damping, detect_every=chosen.detect_every,
@@ -108,7 +109,7 @@ def push(
     for number, (count, file) in enumerate(zip(counts, files, strict=True)):
         before = sum(counts[:number])
         reached(before / sum(counts), f"run {number + 1} of {len(counts)}", share=count / sum(counts))
-        follow = Follower(progress, number, before, count, sum(counts))
+        follow = Follower(progress, run=number, before=before, count=count, total=sum(counts))
         curve = structure.drive(path, count, same | digests(steps=count), file, follow)
         curves.append(told(curve, label or ", ".join(map(str, drive.displacement))))
         if curve.status == RunStatus.INTERRUPTED:

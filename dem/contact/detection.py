@@ -253,9 +253,9 @@ class _Search:
     def cut(self) -> None:
         """Mark further joints that must be made anew together with outworn ones.
 
-        They are joints at an edge that is none, as the face goes on there in that of the next block, and those that
-        slipped on one face with an outworn one. ``outworn``, ``stays`` and families are changed; pairs that come to be
-        cut anew are looked at too.
+        Some lie at an edge that is none, as the face goes on there in that of the next block. Others slipped on one
+        face with an outworn one. ``outworn``, ``stays`` and families are changed; pairs that come to be cut anew are
+        looked at too.
         """
         assert self.bearings is not None
         joints, shape, outworn = self.state.joints, self.met.now, self.outworn

@@ -146,8 +146,8 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
 def keep_pace(state: State, centroids: Array, made: Fresh) -> None:
     """Let new joints that slide have the plastic slip of one step ago.
 
-    All joints have it between two steps. Without this the displacement of the last step would be no slip but a motion
-    of the springs: friction would give work back, and dashpots would take it.
+    All joints have it between two steps. Else the displacement of the last step would be no slip but a motion of the
+    springs. Friction would give work back, and dashpots would take it.
 
     Parameters
     ----------

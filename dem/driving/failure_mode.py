@@ -58,9 +58,8 @@ def failure_mode(assembly: Assembly, opening: Array, slip: Array, crushed: Array
 
     Movements are weighed by area, and the first of these rules that holds gives the name. Half of all by crushing is
     "crushing". Half of all in level joints, most of it at one level, and less than a quarter in upright ones is
-    "sliding" where these slid more and "rocking" where they opened more. A fifth in level joints at several levels, and
-    a tenth in upright ones, is "diagonal": a crack in steps. A fifth between soldiers is "soldier bending". All else is
-    "mixed".
+    "sliding", or "rocking" where opening is more than slip. A fifth in level joints at several levels, and a tenth in
+    upright ones, is "diagonal": a crack in steps. A fifth between soldiers is "soldier bending". All else is "mixed".
 
     Parameters
     ----------

@@ -112,8 +112,8 @@ def softest_note(state: State, assembly: Assembly) -> str:
     It is a block against its joints, or a joint against the stiffest one.
     """
     if state.modes is not None:
-        # the modes of dem.model.strain_shapes are scaled to K_mode + 2 K_joints = 1 each: a small K_mode is a soft
-        # block between stiff joints, and 1 / K_mode is about 2 K_joints / K_mode
+        # the modes of dem.model.strain_shapes are scaled to K_mode + 2 K_joints = 1 each. A small K_mode is a soft
+        # block between stiff joints. Then 1 / K_mode is about 2 K_joints / K_mode
         softest = np.where(state.modes.inv_mass > 0.0, state.modes.stiffness, np.inf).min(axis=1)
         block = int(np.argmin(softest))
         if softest[block] < SOFT_BLOCK:

@@ -27,9 +27,9 @@ for _name, _term in ADDED.items():
 def _composed() -> dict[str, Any]:
     """Source of three functions on the added terms, written out and run; by name.
 
-    ``entries(law, j)`` gives the numbers that joint j has for all terms, ``has(law, j)`` whether it has any term, and
-    ``changed(added, ..., slip, damage)`` the strengths after every term that the joint has: the first entry of a term
-    is its flag. A compiled function cannot loop over terms of different classes, so each term has a line of its own.
+    ``entries(law, j)`` gives the numbers that joint j has for all terms, and ``has(law, j)`` whether it has any term.
+    ``changed(added, ..., slip, damage)`` gives the strengths after every term of the joint, whose first entry, its
+    flag, is not 0. A compiled function cannot loop over terms of different classes: each has a line of its own.
     """
     lines = [
         "def entries(law, j):",

@@ -257,8 +257,8 @@ def _widest_axis(
     Returns
     -------
     first : whether p is the base, the piece whose face the other meets
-    face : number of that face; -1 where no face is met: the gap is wider than the margin, or two edges cross, which is
-        then written to ``met``
+    face : number of that face; -1 where the gap is wider than the margin, and where two edges cross. The crossing is
+        then in ``met``
     lowest : number of the other's corner nearest to that face
     """
     corners, n_corners, planes, n_faces = pieces.corners, pieces.n_corners, pieces.planes, pieces.n_faces

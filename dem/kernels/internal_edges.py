@@ -103,9 +103,9 @@ def _goes_on(
 ) -> None:
     """Face on which pieces p and q meet, see :func:`faces_that_go_on`, to ``found``.
 
-    At every joint of the two blocks one block is borne by another, the carrier. A face of the other piece of the pair
-    goes on from the carrier's where it looks the same way and stands no higher than springs there are pressed. Of
-    several that with the widest gap counts. Without one it is the face on which the two blocks bear each other now.
+    At every joint of the two blocks one block is borne by another, the carrier. A face of the other piece goes on from
+    the carrier's if it looks the same way and stands no higher than springs are pressed. Of several that with
+    the widest gap counts. Without one it is the face on which the two blocks bear each other now.
 
     Parameters
     ----------

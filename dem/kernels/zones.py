@@ -267,6 +267,7 @@ def met(
     place, shift = nodes.place, nodes.shift
     x = (1.0 - share) * (place[b0, 0] + shift[b0, 0]) + share * (place[b1, 0] + shift[b1, 0])
     y = (1.0 - share) * (place[b0, 1] + shift[b0, 1]) + share * (place[b1, 1] + shift[b1, 1])
+    # from the segment of the last step to its neighbours, until the point lies on one; the first and last of the side
     at, side = contacts.segment[k], contacts.side[k]
     first, last = sides.start[side], sides.start[side + 1] - 2
     tried = 0

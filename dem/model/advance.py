@@ -81,7 +81,7 @@ def without_arms(cases: Array) -> Array:
 def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
     """Give blocks at rest the velocities of half a step ago.
 
-    Under the force F of loads and joints they are v(-1/2) = -dt F / (2 m): the first step then leads to
+    Under the force F of loads and joints they are v(-1/2) = -dt F / (2 m). The first step then leads to
     v(1/2) = dt F / (2 m), and x(n) is that of time n dt. A whole step from rest would be half a step ahead for good.
 
     Parameters

@@ -75,7 +75,7 @@ def _own_axes(points: Points, joints: Joints, n: int) -> Array:
 
 
 def _at_rest(mass: Array, inertia: Array, held: Flags, axes: Array) -> RigidBodies:
-    """Bodies at rest in their reference position.
+    """Kernel arrays of the blocks, at rest in their reference position.
 
     Parameters
     ----------

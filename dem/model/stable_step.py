@@ -101,8 +101,8 @@ def springs_of_blocks(
 ) -> Array:
     """Stiffness that each block with m shapes feels when only it moves, joints closed.
 
-    It is the sum of k A g g^T over its points, shape (n, 6 + m, 6 + m): g is the displacement of a point along t1, t2
-    or n by the six rigid motions and the shapes, and k is ks, ks or kn.
+    It is the sum of k A g g^T over its points, shape (n, 6 + m, 6 + m). There g is the displacement of a point along
+    t1, t2 or n by six rigid motions and the shapes; k is ks, ks or kn.
 
     Parameters
     ----------
@@ -166,8 +166,8 @@ def scaled_masses(stiffness: Array, dt: float, safety: float) -> tuple[Array, Ar
     mass, inertia = np.ones(n), np.tile(np.eye(3), (n, 1, 1))
     size = np.trace(stiffness, axis1=1, axis2=2)
     rows = np.flatnonzero(size > 0.0)
-    # stiffness is divided by a power of two near its size, which is exact: a model in other units, scaled by a power of
-    # two, takes the same path to the bit
+    # stiffness is divided by a power of two near its size, which is exact. A model scaled by a power of two then takes
+    # the same path to the bit
     unit = np.ldexp(1.0, np.frexp(size[rows])[1] - 1)
     k = stiffness[rows] / unit[:, None, None]
     m = np.linalg.eigvalsh(k[:, :3, :3])[:, -1]

@@ -28,7 +28,8 @@ class Floor:
     Attributes
     ----------
     up : unit vector against the dead loads, shape (3,)
-    level : height of the floor along it before the ground moves, the gap up to which blocks are near added [m]
+    margin : gap up to which blocks count as near [m]
+    level : height of the floor along ``up`` before the ground moves, with the margin added [m]
     standing : whether each block is a support, which the ground carries, shape (n,)
     reach : of every block from its centroid to its farthest corner [m], shape (n,)
     """
@@ -41,16 +42,16 @@ class Floor:
         self.up = -total / np.linalg.norm(total) if pulls else np.array([0.0, 0.0, 1.0])
         # a support is held along each axis that is about upright; the others do not matter
         held = assembly.held[:, :3] | (np.abs(self.up) < _UPRIGHT)
-        self.standing, margin = held.all(axis=1), near_margin(assembly)
+        self.standing, self.margin = held.all(axis=1), near_margin(assembly)
         vertices, start = assembly.vertices
         height = vertices @ self.up
         lowest = np.minimum.reduceat(height, start[:-1])  # of every block
-        self.level = float(lowest[self.standing].min(initial=np.inf)) + margin
+        self.level = float(lowest[self.standing].min(initial=np.inf)) + self.margin
         if not pulls:
             self.level = -np.inf  # nothing falls
         elif not lowest[~self.standing].min(initial=np.inf) > self.level:
             # what hangs below its supports has a floor deeper down, a size of the structure below its lowest corner
-            self.level = float(lowest.min() - np.linalg.norm(np.ptp(vertices, axis=0))) + margin
+            self.level = float(lowest.min() - np.linalg.norm(np.ptp(vertices, axis=0))) + self.margin
 
     def landed(self, state: State) -> Index:
         """Numbers of blocks on the floor, up to the gap at which blocks count as near."""

@@ -246,7 +246,7 @@ class Interrupt:
 def interrupts_wait() -> Iterator[Interrupt]:
     """Keep an interrupt from the keyboard until the chunk under way is complete.
 
-    So no state is torn.
+    So no state is torn. What is yielded says whether one has come.
     """
     waiting = Interrupt()
     # only the main thread may say what a signal does

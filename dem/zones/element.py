@@ -103,8 +103,8 @@ def zone_tables(corners: Array, thickness: float, elastic: Array) -> ZoneTables:
         g.append(strain_rows(det0 / det * inv0 * -place))
         w[k] = det * thickness
     law, gs, bs = elastic[: len(b[0])], np.stack(g), np.stack(b)  # D of the stresses in the plane
-    # enhanced modes a are condensed: K = sum w Bt^T D Bt with strains Bt = B - G K_aa^-1 K_au, where
-    # K_aa = sum w G^T D G and K_au = sum w G^T D B; stress point k, strain components i and j, modes or freedoms p, q
+    # enhanced modes a are condensed: K = sum w Bt^T D Bt with strains Bt = B - G K_aa^-1 K_au. There
+    # K_aa = sum w G^T D G and K_au = sum w G^T D B. Stress point k, strain components i and j, modes or freedoms p, q
     kaa = np.einsum("k,kip,ij,kjq->pq", w, gs, law, gs)
     kau = np.einsum("k,kip,ij,kjq->pq", w, gs, law, bs)
     inverse = np.linalg.inv(kaa)

@@ -92,6 +92,7 @@ def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
             f"block {block.name!r} is concave ({len(block.parts)} convex pieces): a zoned block must be convex; make "
             "it several blocks with a strong joint between them, or leave it rigid by fixing it"
         )
+    # all corners in two planes across y, and at the same places x, z in both
     v = block.parts[0].vertices
     low, high = v[:, 1].min(), v[:, 1].max()
     size = float(np.ptp(v, axis=0).max())

@@ -143,8 +143,8 @@ def make_zones(
     # materials that are used, and the row of each zone's among them
     known = {id(m): m for m in materials if m is not None}
     row = np.array([list(known).index(id(m)) for m in materials], dtype=np.int64)
-    # zones are of one kind if size and form agree to nine digits, and thickness and material are the same: every
-    # number of it is a column of ``key``
+    # zones are of one kind if size and form agree to nine digits, and thickness and material are the same. All of
+    # these numbers are columns of ``key``
     form = np.round(arms / (ALIKE * size[:, None, None])).reshape(len(cells), -1)
     key = np.column_stack([[float(f"{s:.9e}") for s in size], form, thickness, row])
     _, first, kind = np.unique(key, axis=0, return_index=True, return_inverse=True)
@@ -232,8 +232,8 @@ def _scale_masses(model: ZonedModel) -> None:
     mass = stable_masses(free_stiffness(model), len(free))
     nodes.mass[free] = mass[: 2 * len(free) : 2]
     rigid.mass[~rigid.held] = mass[2 * len(free) :]
-    # a smooth level joint is stiff across as soon as its block tilts a little: all directions as the stiffest one, and
-    # 1 where all are held; displacements and turns apart
+    # a smooth level joint is stiff across as soon as its block tilts a little: all directions as the stiffest one. It
+    # is 1 where all are held; displacements and turns are taken apart
     for part in (slice(0, 2), slice(2, None)):
         most = np.where(rigid.held[:, part], 0.0, rigid.mass[:, part]).max(axis=1, initial=0.0)
         rigid.mass[:, part] = np.where(most > 0.0, most, 1.0)[:, None]

@@ -122,7 +122,7 @@ def stiffness(model: ZonedModel) -> sparse.csr_matrix:
 def contact_matrix(model: ZonedModel) -> sparse.csr_matrix:
     """Matrix that gives opening and slip of contact points by displacements of nodes.
 
-    Its shape is (2 m, 2 n): rows are opening and slip of one point after another, columns x and z of one node after
+    Its shape is (2 m, 2 n). Rows are opening and slip of one point after another, columns x and z of one node after
     another. A point lies between two nodes of block b and two of block a, which move it by their shares.
     """
     c, side, place = model.contacts, model.sides, model.nodes.place
