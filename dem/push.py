@@ -84,7 +84,8 @@ def push(
     chosen, path = replace(settings or PushSettings(), **options), turning_points(to)
     made: type[DrivenStructure] = ZonedStructure if chosen.blocks == ZONED else BlockStructure
     structure = made(assembly, drive, loads, chosen)
-    # what acts only while it is driven; model, blocks, loads, servo and settling are in those of the structure
+    # digests of all that a file of a driven run must agree with: those of the structure, which are of model, blocks,
+    # loads, servo and settling, and those of what acts only while it is driven
     same = dict(structure.same) | digests(
         drive=(structure.unit.tolist(), structure.held.tolist(), chosen.calm or drive.calm), to=path,
         samples=chosen.samples, damping=chosen.damping, detect_every=chosen.detect_every,
@@ -98,7 +99,7 @@ def push(
     steps = chosen.steps or default_steps(structure.period, structure.least_steps)
     counts = (steps, SLOWER * steps)[: len(files)]
     rest = part_file(checkpoint, "settled")
-    # a run that has begun was let through then; of a structure that has only settled the way is still to be judged
+    # a run that has begun was let through then; of one that has only settled the time of the push is still to be judged
     if not any(file is not None and file.exists() for file in files):
         swings = structure.to_settle if rest is None or not rest.exists() else 0.0
         _refuse_hopeless(structure, swings, 0 if chosen.steps else sum(counts), chosen.longest)
@@ -108,7 +109,7 @@ def push(
     for number, (count, file) in enumerate(zip(counts, files, strict=True)):
         before = sum(counts[:number])
         reached(before / sum(counts), f"run {number + 1} of {len(counts)}", share=count / sum(counts))
-        follow = Follower(progress, number, before, count, sum(counts))
+        follow = Follower(progress, run=number, before=before, count=count, total=sum(counts))
         curve = structure.drive(path, count, same | digests(steps=count), file, follow)
         curves.append(told(curve, label or ", ".join(map(str, drive.displacement))))
         if curve.status == RunStatus.INTERRUPTED:

@@ -26,7 +26,10 @@ Grid = tuple[int, int]
 
 
 class ContactOptions(TypedDict, total=False):
-    """How joints are modelled: options of :func:`dem.initial_state` by name, where None is as good as left out."""
+    """How joints are modelled: options of :func:`dem.initial_state` by name.
+
+    None is as good as left out.
+    """
 
     contact_points: Grid | Mapping[str, Grid] | None
     contact_model: str | None
@@ -34,7 +37,10 @@ class ContactOptions(TypedDict, total=False):
 
 
 class StateOptions(ContactOptions, total=False):
-    """How an assembly is modelled: options of :func:`dem.initial_state` by name, where None is as good as left out."""
+    """How an assembly is modelled: options of :func:`dem.initial_state` by name.
+
+    None is as good as left out.
+    """
 
     mode: str | None
     blocks: str | None
@@ -48,7 +54,7 @@ def given(options: Mapping[str, Any], kind: type[ContactOptions], function: str)
     Parameters
     ----------
     options : as the function was called, by name
-    kind : whose names they may have
+    kind : class whose fields are the names that they may have
     function : its name, for the error
 
     Raises

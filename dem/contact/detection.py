@@ -63,17 +63,13 @@ class Found(NamedTuple):
 def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float, sharp: bool = False) -> Found:
     """Cut outworn joints anew, drop open ones and add new pairs, where blocks moved.
 
-    Changes ``state``.
-
     A joint between faces stays while it has slipped less than a quarter of its point spacing and, turned by more than 3
     degrees, while its nearest point is the nearest of the blocks: a rocking block keeps its points. The crossing of two
-    edges follows them at any slip and turn and stays while it is where the pieces overlap least. A corner, an edge or a
-    crossing that carries nothing is looked for anew each time, so that what touches first is what the joint is made
-    for. New pairs take the law of a joint of one of their blocks without cohesion and tension: they were never bonded.
-    A new joint starts with the shear force and the dilation of the nearest old point of its pair, or of the joint whose
-    face goes on in its own (:mod:`dem.contact.piece_contacts`), and with the elastic energy that these had, as far as
-    that does not press harder, never with more: see :func:`dem.contact.state_transfer.keep_energy`. What contacts found
-    anew no longer store is counted as artificial damping.
+    edges follows them at any slip and turn and stays while it is where the pieces overlap least. What carries nothing
+    at a corner, an edge or a crossing is looked for anew each time. New pairs take the law of a joint of one of their
+    blocks without cohesion and tension: they were never bonded. What a new joint inherits, and with it how much energy,
+    is told in :mod:`dem.contact.state_transfer`. Energy that contacts found anew no longer store is counted as
+    artificial damping.
 
     A pair is looked at again when its blocks have moved or turned against each other by as much as it takes for a joint
     of theirs to be outworn, and at most by half the margin: up to there the contacts that it has are all there are.
@@ -86,28 +82,31 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     sharp : look at open edges and corners alone, whose time has come before that of a search of all pairs
     """
     around = Neighbours.of(assembly, state, pieces, margin, state.near)
-    code, own = np.sort(around.near.blocks, axis=1) @ (assembly.n_blocks, 1), _codes(state.joints, assembly.n_blocks)
-    joined = among(code, np.sort(own))  # pairs whose blocks have a joint
+    # pair codes, see _codes, of the blocks of pieces that are near, and of the joints
+    near_codes = np.sort(around.near.blocks, axis=1) @ (assembly.n_blocks, 1)
+    joint_codes = _codes(state.joints, assembly.n_blocks)
+    joined = among(near_codes, np.sort(joint_codes))  # pairs whose blocks have a joint
     if state.near is None:
-        _allow(assembly, state, pieces, around.near, margin, code, own, joined)
+        _allow(assembly, state, pieces, around.near, margin, near_codes, joint_codes, joined)
     state.near = around.near
     _narrow(assembly, state)
     due = around.near.angle == ALWAYS if sharp else around.due()
-    # and what has leapt away from all that is near
-    looked = np.union1d(code[due & (joined | ~around.apart)], own[~among(own, np.sort(code))])
+    # pairs whose time has come, and joints whose blocks are no longer near
+    gone = joint_codes[~among(joint_codes, np.sort(near_codes))]
+    looked = np.union1d(near_codes[due & (joined | ~around.apart)], gone)
     if not len(looked):
         return Found([], np.inf)
     # first the joints of these pairs alone: most of them stay
-    search = _Search(assembly, state, pieces, around, code, looked, margin)
+    search = _Search(assembly, state, pieces, around, near_codes, looked, margin)
     active, soonest = search.active, search.soonest()
-    near = state.near = around.looked_at(among(code, looked), *search.allowances(code, None))
+    near = state.near = around.looked_at(among(near_codes, looked), *search.allowances(near_codes, made=None))
     if not len(active):
         return Found([], soonest)
     # then, where joints are outworn or new, with all that lies beside them
-    search = _Search(assembly, state, pieces, around._replace(near=near), code, active, margin, beside=True)
+    search = _Search(assembly, state, pieces, around._replace(near=near), near_codes, active, margin, beside=True)
     search.cut()
     made, families = search.make()
-    state.near = search.around.looked_at(among(code, search.looked), *search.allowances(code, made))
+    state.near = search.around.looked_at(among(near_codes, search.looked), *search.allowances(near_codes, made))
     soonest = min(soonest, search.soonest())
     if search.stays.all() and made is None:
         return Found([], soonest)
@@ -131,10 +130,7 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
 
 
 def _codes(joints: Joints, n_blocks: int) -> Index:
-    """Pair code of every joint, shape (k,).
-
-    It is the lower number of its two blocks times ``n_blocks``, plus the higher.
-    """
+    """Pair code of every joint, its lower block times ``n_blocks`` plus its higher."""
     return np.sort(np.column_stack([joints.block_a, joints.block_b]), axis=1) @ (n_blocks, 1)
 
 
@@ -155,8 +151,8 @@ def _allow(
     own : pair code of every joint, shape (k,)
     joined : rows whose blocks have a joint, shape (m,)
     """
-    still = np.zeros((assembly.n_blocks, 3, 3))
-    shape = PiecesMeet(placed(pieces, still, assembly.centroids)[0], pieces, near.pairs, margin).now
+    unturned = np.zeros((assembly.n_blocks, 3, 3))  # R - I of blocks in the reference position
+    shape = PiecesMeet(placed(pieces, unturned, assembly.centroids)[0], pieces, near.pairs, margin).now
     sharp = (shape.kind > FACES) | (~joined & (shape.kind == FACES) & (area_of(shape) > least_area(assembly)))
     # of the joints of two blocks the one that may slip least decides
     known, row = np.unique(code, return_inverse=True)
@@ -171,6 +167,7 @@ def _narrow(assembly: Assembly, state: State) -> None:
     """Move points set back under load that have opened towards where they had been."""
     if not state.setback.any():
         return
+    # joints that have such a point
     rows = np.unique(np.searchsorted(state.joints.start, np.flatnonzero(state.setback), side="right") - 1)
     part, points = state.part(rows), points_of(state.joints, rows)
     close_setbacks(part, part.measured(assembly))
@@ -184,9 +181,11 @@ class _Search:
 
     Attributes
     ----------
+    assembly, pieces, margin, around : as given to it
     rows : numbers in the whole state of the joints that are seen, shape (k,)
     state : their part of the state
     now : what their points measure now
+    rot, place : rotation matrix and centroid [m] of every block now, shapes (n, 3, 3) and (n, 3)
     code : pair code of every such joint, shape (k,)
     turn, slip : its turn since it was made [rad] and its largest slip [m], shape (k,)
     outworn : joints that are to be made anew, shape (k,)
@@ -222,7 +221,7 @@ class _Search:
         n, one, two = assembly.n_blocks, state.joints.block_a, state.joints.block_b
         self.assembly, self.pieces, self.margin, self.around, self.of_row = assembly, pieces, margin, around, code
         rows, hit = among(_codes(state.joints, n), looked), np.zeros(n, dtype=bool)
-        hit[looked // n] = hit[looked % n] = True
+        hit[looked // n] = hit[looked % n] = True  # both blocks of every pair code
         # joints of these blocks, and of the blocks behind those joints
         for _ in range(2 if beside else 0):
             rows = hit[one] | hit[two]
@@ -247,14 +246,16 @@ class _Search:
         self.stays = ~among(self.code, np.sort(self.code[self.outworn]))
         self.group, self.family = self.code, Families()
         # pairs that overlap little along another axis too may meet on a face that goes on, and new pairs have no joint
-        over = (shape.kind != APART) & (shape.beside > -margin)
-        over |= self.makes & ~among(self.key, np.sort(self.code))
-        self.active = np.union1d(self.code[self.outworn], self.key[over]) if not beside else looked
+        asks = (shape.kind != APART) & (shape.beside > -margin)
+        asks |= self.makes & ~among(self.key, np.sort(self.code))
+        self.active = np.union1d(self.code[self.outworn], self.key[asks]) if not beside else looked
 
     def cut(self) -> None:
-        """Mark what goes with outworn joints across a face that goes on, and on one face.
+        """Mark further joints that must be made anew together with outworn ones.
 
-        ``outworn``, ``stays`` and families are changed; pairs that come to be cut anew are looked at too.
+        Some lie at an edge that is none, as the face goes on there in that of the next block. Others slipped on one
+        face with an outworn one. ``outworn``, ``stays`` and families are changed; pairs that come to be cut anew are
+        looked at too.
         """
         assert self.bearings is not None
         joints, shape, outworn = self.state.joints, self.met.now, self.outworn
@@ -279,7 +280,7 @@ class _Search:
             self._meet(np.union1d(self.looked, recut))
 
     def _meet(self, looked: Index) -> None:
-        """How the pieces of some pairs of blocks meet, and which of them make a joint.
+        """Find how the pieces of some pairs of blocks meet, and which make a joint.
 
         Parameters
         ----------
@@ -354,13 +355,13 @@ class _Search:
             # what is left to each limit; the least of a pair's joints counts. A joint may pivot once it has both slid
             # and turned: waiting for the first of the two is enough
             to_slide, to_turn = PIVOT_SLIP * size - self.slip, PIVOT_TURN - turn
-            left = np.minimum(SLIP_FRACTION * spacing - self.slip, PARTED * self.margin - nearest)
-            left = np.where(to_slide > 0.0, np.minimum(left, to_slide), left)
-            left[(state.contact > FACES) | (turn > TURN_LIMIT) | ((to_slide <= 0.0) & (to_turn <= 0.0))] = ALWAYS
-            np.minimum.at(move, at, left[stays])
-            far = np.where((to_slide > 0.0) | (to_turn <= 0.0), np.maximum(TURN_LIMIT - turn, 0.0), to_turn)
-            far[state.contact > FACES] = ALWAYS
-            np.minimum.at(angle, at, far[stays])
+            may_move = np.minimum(SLIP_FRACTION * spacing - self.slip, PARTED * self.margin - nearest)
+            may_move = np.where(to_slide > 0.0, np.minimum(may_move, to_slide), may_move)
+            may_move[(state.contact > FACES) | (turn > TURN_LIMIT) | ((to_slide <= 0.0) & (to_turn <= 0.0))] = ALWAYS
+            np.minimum.at(move, at, may_move[stays])
+            may_turn = np.where((to_slide > 0.0) | (to_turn <= 0.0), np.maximum(TURN_LIMIT - turn, 0.0), to_turn)
+            may_turn[state.contact > FACES] = ALWAYS
+            np.minimum.at(angle, at, may_turn[stays])
         if made:
             joints, count = made.joints, np.diff(made.joints.start)
             # and the joints that have just been made
@@ -390,10 +391,10 @@ class _Search:
         crosses = (shape.kind[use] == CROSSING)[:, None]
         at = np.where(crosses, shape.crossing[use, 2], shape.polygon[use, 0])
         along = np.where(crosses, shape.crossing[use, 4], shape.plane[use, :3])
-        # velocity of the other block's corner against the base along the axis of the gap, and the fastest it could be
+        # speed of one block against the other at that place along the axis of the gap, and the fastest it could be
         vel = (b.vel[other] + np.cross(b.spin[other], at - self.place[other])) - b.vel[one]
         closing = np.abs(((vel - np.cross(b.spin[one], at - self.place[one])) * along).sum(axis=1))
-        turn = np.linalg.norm(b.spin, axis=1) * self.pieces.reach
-        fastest = np.linalg.norm(b.vel[one] - b.vel[other], axis=1) + turn[one] + turn[other]
+        by_spin = np.linalg.norm(b.spin, axis=1) * self.pieces.reach
+        fastest = np.linalg.norm(b.vel[one] - b.vel[other], axis=1) + by_spin[one] + by_spin[other]
         speed = np.maximum(closing, SIDEWAYS * fastest)
         return float((AHEAD * shape.gap[use] / np.maximum(speed, 1e-300)).min())

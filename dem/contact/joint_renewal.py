@@ -64,14 +64,14 @@ def outworn_joints(
     """Joints to drop or to cut anew.
 
     They have slid far, bear nothing beside another contact, have turned onto another face, or are open beyond the
-    margin.
+    margin. Blocks are told by pair codes: the lower number of two blocks times the number of all, plus the higher.
 
     Parameters
     ----------
     state, now : joints and points, and what these measure now
     code : pair code of every joint, shape (k,)
-    key : pair code of every pair of pieces that are near now, shape (p,)
-    kind : how they meet, ``FACES`` and the like, shape (p,)
+    key : pair code of the blocks of every pair of pieces that are near now, shape (p,)
+    kind : how these pieces meet, ``FACES`` and the like, shape (p,)
     gap : between them, negative where they overlap [m], shape (p,)
     margin : gap up to which blocks count as near [m]
     turn, slip : how far joints have turned [rad] and slid [m] since they were cut, shape (k,)
@@ -93,22 +93,24 @@ def outworn_joints(
     # one point on a plane, or two edges, are right at any slip and turn
     single = sharp & (np.add.reduceat((now.opening < 0.0).astype(int), first) == 1)
     worn = ~single & (slip > SLIP_FRACTION * spacing)
-    # the piece of the other block that is nearest decides: its kind and gap
+    # of the pieces of two blocks the two that are nearest decide, by how they meet and their gap
     order = np.lexsort((gap, key))
-    one, at = np.unique(key[order], return_index=True)
-    where = np.searchsorted(one, code)
-    near = among(code, one)
-    shape, apart = np.zeros(len(code), dtype=np.int64), np.full(len(code), np.inf)
-    shape[near], apart[near] = kind[order][at[where[near]]], gap[order][at[where[near]]]
+    pairs, first_of = np.unique(key[order], return_index=True)
+    near = among(code, pairs)
+    nearest_of = order[first_of[np.searchsorted(pairs, code[near])]]
+    meets, apart = np.zeros(len(code), dtype=np.int64), np.full(len(code), np.inf)
+    meets[near], apart[near] = kind[nearest_of], gap[nearest_of]
     # the nearest points are others: a block has come to lie on another face, a corner has left its face, the edges no
     # longer cross within their lengths. As long as they are the same, a joint between faces is right at any turn
     elsewhere = np.abs(apart - nearest) > OTHER_PLACE * margin + OTHER_PART * np.abs(nearest)
-    loose = ~carries & (sharp | ((shape > FACES) & elsewhere))
+    moved_on = elsewhere & ((carries & sharp) | (turn > TURN_LIMIT))
+    # what carries nothing at a corner or edge is looked for anew each time
+    loose = ~carries & (sharp | ((meets > FACES) & elsewhere))
+    # joints that pivot on an edge of a change their base
     swapped = np.zeros(len(code), dtype=bool)
     rows = np.flatnonzero(mine & ~worn & _may_pivot(state, now, turn, slip))
     swapped[rows] = pivots_on_a(assembly, state, now, rows)
-    left = elsewhere & ((carries & sharp) | (turn > TURN_LIMIT))
-    return np.asarray(mine & (worn | loose | left | (nearest > PARTED * margin) | swapped))
+    return np.asarray(mine & (worn | loose | moved_on | (nearest > PARTED * margin) | swapped))
 
 
 def largest_slip(state: State, now: PointForces) -> Array:
@@ -120,9 +122,8 @@ def largest_slip(state: State, now: PointForces) -> Array:
 def _may_pivot(state: State, now: PointForces, turn: Array, slip: Array) -> Flags:
     """Joints for which it matters whose edge they pivot on, shape (k,).
 
-    They have slid and turned far enough, and bear in part.
-
-    ``now`` is what their points measure; ``turn`` [rad] and ``slip`` [m] are those of every joint since it was made.
+    They have slid and turned far enough, and bear on some of their points but not on all. ``now`` is what their points
+    measure; ``turn`` [rad] and ``slip`` [m] are those of every joint since it was made.
     """
     first = state.joints.start[:-1]
     count, bears = np.diff(state.joints.start), np.add.reduceat((now.opening < 0.0).astype(int), first)
@@ -138,7 +139,10 @@ def _slid_far(state: State, slip: Array) -> Flags:
 
 
 def pivots_on_wrong_face(assembly: Assembly, state: State, now: PointForces) -> bool:
-    """Whether a joint that slid and turned bears on an edge of its base, block a."""
+    """Whether a joint that slid and turned bears on an edge of its base, block a.
+
+    The face on which it pivots then is block b's, and the joint must be cut anew. ``now`` is what the points measure.
+    """
     note_slid(state, now)
     if not len(now.owner):
         return False

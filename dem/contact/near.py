@@ -40,12 +40,12 @@ class Neighbours(NamedTuple):
     """Pieces now, the pairs that are near, and how these have moved since a look."""
 
     near: NearPairs  # as the pairs were when they were looked at last
-    corners: Array  # [m], (p, v, 3)
+    corners: Array  # of all pieces now [m], (p, v, 3)
     apart: Flags  # whether the boxes of a pair are more than twice the margin apart, (m,)
-    offset: Array  # as in ``near``, now
-    turn: Array
-    moved: Array  # [m], (m,)
-    turned: Array  # [rad], (m,)
+    offset: Array  # as in ``near``, now, (m, 3)
+    turn: Array  # as in ``near``, now, (m, 4)
+    moved: Array  # of the blocks of a pair against each other since then [m], (m,)
+    turned: Array  # of the same [rad], (m,)
     gone: Index  # blocks of pairs that are no longer near, (g, 2)
 
     @classmethod
@@ -76,10 +76,11 @@ class Neighbours(NamedTuple):
         m = len(near.pairs)
         offset, turn, moved, turned = np.empty((m, 3)), np.empty((m, 4)), np.empty(m), np.empty(m)
         kernels.relative_motion(near, b.quat, b.rot, place, pieces.reach, offset, turn, moved, turned)
-        moved[near.move == ALWAYS] = 0.0  # enough for them, and those that have come near have no place before
+        # more than ALWAYS is enough for them, and those that have just come near have no place before
+        moved[near.move == ALWAYS] = 0.0
         p, q = near.pairs.T
         gap = np.maximum(low[p] - high[q], low[q] - high[p]).max(axis=1)
-        size = (len(pieces.owner), 1)  # two numbers of pieces as one
+        size = (len(pieces.owner), 1)  # by which both numbers of a pair of pieces become one
         gone = since.blocks[~np.isin(since.pairs @ size, near.pairs @ size)] if near is not since else since.blocks[:0]
         return cls(near, corners + ground, gap > 2.0 * margin, offset, turn, moved, turned, gone)
 
@@ -101,9 +102,11 @@ class Neighbours(NamedTuple):
         move, angle : what pairs may move [m] and turn [rad] before they are looked at again, shape (m,)
         """
         near = self.near
-        now = {"offset": self.offset, "turn": self.turn, "move": move, "angle": angle}
-        every = {name: rows.reshape(-1, *[1] * (x.ndim - 1)) for name, x in now.items()}
-        return near._replace(**{name: np.where(every[name], x, getattr(near, name)) for name, x in now.items()})
+        wide = rows[:, None]
+        return near._replace(
+            offset=np.where(wide, self.offset, near.offset), turn=np.where(wide, self.turn, near.turn),
+            move=np.where(rows, move, near.move), angle=np.where(rows, angle, near.angle),
+        )
 
 
 def placed(pieces: Pieces, rot: Array, place: Array) -> tuple[Array, Array, Array]:
@@ -159,19 +162,21 @@ def _renewed(assembly: Assembly, pieces: Pieces, near: NearPairs, low: Array, hi
     left = np.asarray((low - margin < near.low) | (high + margin > near.high)).any(axis=1).reshape(-1)
     if not left.any():
         return near
+    # boxes of the pieces that have left theirs are made anew
     skin = (1.0 + SKIN) * margin
-    few: Index | None = None
     low, high = np.where(left[:, None], low - skin, near.low), np.where(left[:, None], high + skin, near.high)
     rows, size = np.flatnonzero(left), len(left)
+    overlapping: Index | None = None  # pairs whose boxes overlap; None where they are still to be sought among all
     if len(rows) <= FEW:
+        # few such pieces are compared with all; pairs of others stay
         meets = (low[rows][:, None] <= high) & (low <= high[rows][:, None])
         one, other = np.nonzero(meets.all(axis=2))
-        # of the pieces that have left their boxes, few are compared with all; pairs of others stay
         new = np.sort(np.column_stack([rows[one], other]), axis=1)
         kept = near.pairs[~left[near.pairs].any(axis=1)]
+        # both numbers of a pair as one, by which pairs are sorted and each is taken once
         every = np.concatenate([kept, new[new[:, 0] < new[:, 1]]]) @ (size, 1)
-        few = np.column_stack(np.divmod(np.unique(every), size)).astype(np.int64)
-    out = _pairs(assembly, pieces, low, high, few)
+        overlapping = np.column_stack(np.divmod(np.unique(every), size)).astype(np.int64)
+    out = _pairs(assembly, pieces, low, high, overlapping)
     # pairs that were near before keep what they may move, and how they lay when looked at
     code, old = out.pairs @ (size, 1), near.pairs @ (size, 1)
     at: Index = np.minimum(np.searchsorted(old, code), len(old) - 1).astype(np.int64)
@@ -202,7 +207,9 @@ def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float
 
 
 def travel_per_step(state: State, reach: Array) -> float:
-    """Largest distance that a corner of a block travels from the ground a step [m].
+    """Largest distance that a corner travels in a step, seen from the ground [m].
+
+    All held blocks move with the ground: the first stands for it.
 
     Parameters
     ----------
@@ -210,6 +217,6 @@ def travel_per_step(state: State, reach: Array) -> float:
     """
     still = np.flatnonzero(state.bodies.held.all(axis=1))
     ground = state.bodies.vel[still[0]] if len(still) else 0.0
-    way = state.bodies.vel - ground
-    speed = np.sqrt((way * way).sum(axis=1)) + np.sqrt((state.bodies.spin**2).sum(axis=1)) * reach
+    vel = state.bodies.vel - ground
+    speed = np.sqrt((vel * vel).sum(axis=1)) + np.sqrt((state.bodies.spin**2).sum(axis=1)) * reach
     return float(speed.max(initial=0.0)) * state.dt

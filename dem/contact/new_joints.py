@@ -29,7 +29,7 @@ class Fresh(NamedTuple):
 
     joints: Joints
     points: Points
-    heirs: Heirs  # what of them the kernel does not step with
+    heirs: Heirs  # what else is known of them: the kernel that steps does not need it
     origin: Index  # as ``State.interface``, (k,)
 
 
@@ -68,6 +68,7 @@ def cut(
     kept : numbers in ``rows`` of their pairs, shape (k,): an area that is next to nothing makes no joint
     """
     r, poses = len(rows), poses_of(assembly, state)
+    # room for a joint of every pair, as wide as the one with the most points
     shapes: dict[str, tuple[int, ...]] = {name: (ROOM,) for name in ("s", "t", "area", "gap")}
     shapes |= {name: (3, 3) for name in ("world", "frame")} | {"position": (ROOM, 3), "apart": ()}
     shapes |= {name: (3,) for name in ("arm_a", "arm_b", "offset", "edge")}
@@ -93,7 +94,10 @@ def cut(
         edge=out.edge[kept], limits=out.limits[kept],
     )
     m = int(count.sum())
-    points = Points(*(x[kept][used] for x in (out.s, out.t, out.area, out.gap)), *(np.zeros(m) for _ in range(4)))
+    s, t, area, gap = (x[kept][used] for x in (out.s, out.t, out.area, out.gap))
+    points = Points(
+        s=s, t=t, area=area, gap=gap, slip_1=np.zeros(m), slip_2=np.zeros(m), lift=np.zeros(m), damage=np.zeros(m)
+    )
     heirs = Heirs(
         contact=contact, world=out.world[kept], position=out.position[kept][used],
         apart=np.repeat(out.apart[kept], count), aside=np.zeros((m, 2)), setback=np.zeros(m),
@@ -118,16 +122,16 @@ def _laws(
     Returns
     -------
     law : rows of the kernel, shape (k, columns)
-    origin : -2 less the interface whose law it is, -1 for an unbonded one, shape (k,)
+    origin : -2 less the number of the interface whose law it is, -1 for an unbonded one, shape (k,)
     """
-    # interface of every pair of blocks, found by a code of the two
+    # interface of every pair of blocks, found by a code of the two: lower number times the number of blocks plus higher
     x, (one, two), size = assembly.arrays, blocks, (assembly.n_blocks, 1)
     code = np.sort(np.column_stack([x.block_a, x.block_b]), axis=1) @ size
     order = np.argsort(code, kind="stable")
     pair = np.sort(np.column_stack([one, two]), axis=1) @ size
     at = np.minimum(np.searchsorted(code[order], pair), len(code) - 1)
     own = order[at]
-    has = code[own] == pair
+    has = code[own] == pair  # whether these blocks have an interface
     law = np.where(has[:, None], state.laws[own], state.joints.law[like] if len(state.joints.law) else 0.0)
     for k in np.flatnonzero(~has & (like < 0)).tolist():
         a, b = int(one[k]), int(two[k])
@@ -169,8 +173,8 @@ def assemble(
 
     new = made.points if made else (None,) * len(Points._fields)
     state.points = Points(*(stack(old, kept, x) for old, x in zip(state.points, new, strict=True)))
-    none = np.full((len(made.points.s), state.ends.shape[1]), np.nan) if made else None
-    state.ends = stack(state.ends, kept, none)
+    not_asked = np.full((len(made.points.s), state.ends.shape[1]), np.nan) if made else None  # see State.ends
+    state.ends = stack(state.ends, kept, not_asked)
     state.setback = stack(state.setback, kept, made.heirs.setback if made else None)
     sizes = np.concatenate([np.diff(j.start)[stays], np.diff(made.joints.start) if made else []])
     rows = {name: stack(old, those, getattr(made.joints, name) if made else None)
@@ -178,16 +182,16 @@ def assemble(
     state.joints = Joints(**rows, start=np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64))
     state.interface = stack(state.interface, those, made.origin if made else None)
     state.contact = stack(state.contact, those, made.heirs.contact if made else None)
-    looked_at = changed.copy()
+    stiffened = changed.copy()
     if made:
         # the rise of a joint by dilation begins where its points begin, not at zero
         highest = np.maximum.reduceat(made.points.lift, made.joints.start[:-1])
         law = state.joints.law[len(those) :]
         law[:, LAW.lift] = np.maximum(law[:, LAW.lift], highest)
-        looked_at[made.joints.block_a] = looked_at[made.joints.block_b] = True
+        stiffened[made.joints.block_a] = stiffened[made.joints.block_b] = True
     if state.modes is not None and state.deformation is not None:
         state.modes = with_joints(state.deformation, state.modes, state.points, state.joints)
-    return _keep_stable(assembly, state, looked_at)
+    return _keep_stable(assembly, state, stiffened)
 
 
 def _keep_stable(assembly: Assembly, state: State, blocks: Flags) -> list[str]:
@@ -220,13 +224,15 @@ def _keep_stable(assembly: Assembly, state: State, blocks: Flags) -> list[str]:
     if state.mode == DYNAMIC:
         top = 0.0 if coupled is None or state.modes is None else fastest_of(bodies.mass, inertia, state.modes, coupled)
         # below the stability limit of the blocks taken one by one, as their joints couple them
-        limit = SAFETY * stable_step(stiffness, bodies.mass, inertia, blocks & ~assembly.fixed, state.joints, 1.0, top)
+        looked_at = blocks & ~assembly.fixed
+        limit = stable_step(stiffness, bodies.mass, inertia, looked_at, state.joints, safety=1.0, top=top)
+        limit *= SAFETY
         if limit < (1.0 - SLACK) * state.dt:
             state.dt = limit
             return ["new contacts made the joints stiffer: the time step was shortened"]
         return []
     # mass [kg] and inertia tensor [kg m2] that the step asks for; mass 1 stands for a block without joints
-    mass, need = scaled_masses(stiffness, state.dt, SAFETY)
+    mass, needed_inertia = scaled_masses(stiffness, state.dt, SAFETY)
     before = state.energy_of_motion()
     for i in np.flatnonzero(blocks & (mass > (1.0 + SLACK) * bodies.mass)).tolist():
         # mass that joins at rest: momentum stays, speed and energy of motion fall
@@ -237,8 +243,8 @@ def _keep_stable(assembly: Assembly, state: State, blocks: Flags) -> list[str]:
         bodies.spin[i] = np.where(bodies.held[i, 3:], bodies.spin[i], bodies.spin[i] / factor)
         bodies.inv_inertia[i] = bodies.inv_inertia[i] / factor
     rows = np.flatnonzero(blocks & (mass != 1.0))
-    fastest = np.linalg.eigvals(bodies.inv_inertia[rows] @ need[rows]).real.max(axis=1, initial=0.0)
     # inertia that the joints' rotational stiffness asks for: by the largest ratio to what there is, about any axis
+    fastest = np.linalg.eigvals(bodies.inv_inertia[rows] @ needed_inertia[rows]).real.max(axis=1, initial=0.0)
     slow = fastest > 1.0 + SLACK
     for i, top in zip(rows[slow].tolist(), fastest[slow].tolist(), strict=True):
         bodies.inv_inertia[i] /= top

@@ -29,12 +29,12 @@ WITH = 0.5
 
 
 class Bearings(NamedTuple):
-    """Joints between faces that carry now: rows, normals, centres and depths [m]."""
+    """Joints between faces that carry now, c of them."""
 
-    row: Index
-    normal: Array
-    place: Array
-    depth: Array
+    row: Index  # numbers of the joints, (c,)
+    normal: Array  # unit, from block a to block b, global axes, (c, 3)
+    place: Array  # centre of pressure [m], (c, 3)
+    depth: Array  # to which the deepest point is pressed [m], (c,)
 
     @classmethod
     def of(cls, state: State, now: PointForces, rot: Array, flat: Flags) -> "Bearings":
@@ -44,9 +44,10 @@ class Bearings(NamedTuple):
         ----------
         state, now : joints and points, and what these measure
         rot : rotation matrices of the blocks, shape (n, 3, 3)
-        flat : joints between faces that have not turned, shape (k,)
+        flat : joints between faces that have not turned, which alone count, shape (k,)
         """
         joints, count = state.joints, len(state.joints.block_a)
+        # normals R_a n of the joints now, and the pressure of every point along its own [N]
         normal = np.einsum("kij,kj->ki", rot[joints.block_a], joints.frame[:, 2])
         push = np.maximum(np.einsum("mi,mi->m", now.force, normal[now.owner]), 0.0)
         total = np.bincount(now.owner, push, count)
@@ -94,9 +95,10 @@ def moved_together(joints: Joints, bearings: Bearings, worn: Flags, slip: Array,
     sorted_ends = ends.ravel()[order]
     for k in np.flatnonzero(worn[bearings.row]).tolist():
         for side in (0, 1):
+            # all bearings of the block at this side of bearing k, and which side of each it is
             low, high = np.searchsorted(sorted_ends, (ends[k, side], ends[k, side] + 1))
             at, end = np.divmod(np.sort(order[low:high]), 2)
-            # normals towards the shared block
+            # normals towards the shared block: on one face of it are those that look alike and lie in one plane
             towards = np.where(end == 1, 1.0, -1.0)[:, None] * bearings.normal[at]
             mine = (1.0 if side else -1.0) * bearings.normal[k]
             beside = (towards @ mine > FLAT) & (at != k)
@@ -107,7 +109,14 @@ def moved_together(joints: Joints, bearings: Bearings, worn: Flags, slip: Array,
 
 
 class PiecesMeet:
-    """How pairs of pieces meet, row by row: see ``kernels.contact_shapes``."""
+    """How pairs of pieces meet, row by row: see ``kernels.contact_shapes``.
+
+    Attributes
+    ----------
+    pairs : numbers of both pieces of every pair, shape (m, 2)
+    arrays : all pieces where they stand, as the kernels see them
+    now : how every pair meets
+    """
 
     def __init__(
         self, corners: Array, pieces: Pieces, pairs: Index, margin: float, blocks: Flags | None = None
@@ -124,15 +133,18 @@ class PiecesMeet:
         m, x = len(pairs), pieces
         self.pieces, self.margin, self.pairs = pieces, margin, np.ascontiguousarray(pairs)
         self.arrays = kernels.PieceArrays(
-            corners, x.n_corners, x.faces, x.size, x.n_faces, x.edges, x.n_edges, np.zeros((*x.size.shape, 4))
+            corners=corners, n_corners=x.n_corners, faces=x.faces, size=x.size, n_faces=x.n_faces, edges=x.edges,
+            n_edges=x.n_edges, planes=np.zeros((*x.size.shape, 4)),
         )
         some = np.arange(len(corners)) if blocks is None else np.flatnonzero(blocks[pieces.owner])
         kernels.face_planes(self.arrays, some)
         self.now = kernels.Meetings(
-            np.zeros(m, dtype=np.int64), np.zeros(m), np.zeros(m), np.zeros((m, kernels.MOST, 3)),
-            np.zeros(m, dtype=np.int64), np.zeros((m, 4)), np.zeros((m, 5, 3)), np.zeros(m, dtype=bool),
+            kind=np.zeros(m, dtype=np.int64), gap=np.zeros(m), beside=np.zeros(m),
+            polygon=np.zeros((m, kernels.MOST, 3)), corners=np.zeros(m, dtype=np.int64), plane=np.zeros((m, 4)),
+            crossing=np.zeros((m, 5, 3)), base_first=np.zeros(m, dtype=bool),
         )
-        self._look(np.arange(m), np.full(m, -1))
+        no_face_asked = np.full(m, -1)
+        self._look(np.arange(m), no_face_asked)
 
     def meet_on(self, rows: Index, piece: Index, face: Index) -> None:
         """Take faces of pieces as the bases of some pairs, whatever the least overlap.
@@ -160,12 +172,12 @@ def least_area(assembly: Assembly) -> float:
 
 
 def area_of(shape: kernels.Meetings) -> Array:
-    """Area of the polygons in which faces meet [m2], shape (m,), else 0.
+    """Area of the polygons in which pairs of pieces meet [m2], shape (m,).
 
-    It is seen along the normal of the base.
+    It is seen along the normal of the base, and 0 without a polygon. ``shape`` says how the pairs meet.
     """
     out = np.zeros(len(shape.kind))
-    for n in np.unique(shape.corners[shape.corners > 2]):
+    for n in np.unique(shape.corners[shape.corners > 2]):  # polygons of as many corners together
         rows = np.flatnonzero(shape.corners == n)
         x = shape.polygon[rows, :n] - shape.polygon[rows, :1]
         out[rows] = 0.5 * np.abs(np.einsum("mki,mi->m", np.cross(x, np.roll(x, -1, axis=1)), shape.plane[rows, :3]))
@@ -173,8 +185,9 @@ def area_of(shape: kernels.Meetings) -> Array:
 
 
 def on_next_faces(met: PiecesMeet, joints: Joints, bearings: Bearings, n_blocks: int) -> dict[int, int]:
-    """Let pairs that overlap little along two axes meet on the face that goes on.
+    """Let pairs meet on a face that goes on from the one that carries a block.
 
+    Asked are pairs that overlap little along a second axis too, so that the least overlap may lie along the wrong one.
     The corner between two blocks of a course is no edge for the block that slides over both.
 
     Parameters
@@ -186,7 +199,7 @@ def on_next_faces(met: PiecesMeet, joints: Joints, bearings: Bearings, n_blocks:
 
     Returns
     -------
-    number of the joint beside, by row of the pairs that were changed
+    number of the joint with a third block on whose face a pair now meets, by row of the pair
     """
     shape, owner = met.now, met.pieces.owner
     rows = np.flatnonzero((shape.kind != APART) & (shape.beside > -met.margin))

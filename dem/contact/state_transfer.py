@@ -51,9 +51,8 @@ def inherit(
 ) -> None:
     """Write shear, dilation and damage of the nearest old point to every new one.
 
-    Shear is the elastic shear displacement.
-
-    Between faces it is the nearest of the family, else of the pair.
+    Shear is the elastic shear displacement. A new joint between faces looks among the old joints of its family, any
+    other among those of its pair of blocks.
 
     Parameters
     ----------
@@ -67,11 +66,12 @@ def inherit(
     # from ``low`` on in all that is sorted
     order: list[Index] = []
     low, count = np.zeros((2, len(pairs)), dtype=np.int64)
-    for numbers, asked, of in ((pair, pairs, ~faces), (family, families, faces)):
-        rows = np.argsort(numbers, kind="stable")
-        ends = [np.searchsorted(numbers[rows], asked, side=side) for side in ("left", "right")]
-        low[of], count[of] = (ends[0] + len(numbers) * len(order))[of], (ends[1] - ends[0])[of]
+    for old_codes, new_codes, mine in ((pair, pairs, ~faces), (family, families, faces)):
+        rows = np.argsort(old_codes, kind="stable")
+        first, end = (np.searchsorted(old_codes[rows], new_codes, side=side) for side in ("left", "right"))
+        low[mine], count[mine] = (first + len(old_codes) * len(order))[mine], (end - first)[mine]
         order.append(rows)
+    # numbers of every new joint and the old ones that it may inherit from, new joint after new joint
     start = np.concatenate([[0], np.cumsum(count)]).astype(np.int64)
     new = np.repeat(np.arange(len(pairs)), count)
     old = np.concatenate(order)[np.arange(start[-1]) - start[new] + low[new]]
@@ -83,11 +83,10 @@ def inherit(
 
 
 def _deform(state: State, made: Fresh) -> None:
-    """Let new joints be between the faces as they are deformed now.
+    """Write how the faces of new joints are displaced by the blocks' deformation now.
 
-    Shear forces stay, openings are those of the faces.
-
-    ``state`` has the shapes of the blocks, and ``made`` are the joints, changed.
+    The joint law sees this displacement in every step. Plastic slips grow by it, so that shear forces stay, and
+    openings are those of the deformed faces. ``state`` has the shapes of the blocks; ``made``, the joints, is changed.
     """
     if state.modes is None or state.deformation is None:
         return
@@ -128,26 +127,27 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
     points, old = state.points, points_of(state.joints, np.flatnonzero(np.isin(family, known)))
     law, area = state.joints.law[now.owner[old]], points.area[old]
     kn, ks, closing = law[:, LAW.kn], law[:, LAW.ks], np.maximum(-now.opening[old], 0.0)
-    # normal force, and the square of the shear force that is left of the whole
+    # normal force of points that are pressed, and of bonded ones that are pulled: force . R_a n
     push = kn * area * np.minimum(closing, law[:, LAW.crushing])
-    # that of bonded points that are pulled is no shear either
     joint, force = now.owner[old], now.force[old]
     turn = state.bodies.rot[state.joints.block_a[joint]] + np.eye(3)
     pull = np.einsum("pi,pij,pj->p", force, turn, state.joints.frame[joint, 2]) * (now.opening[old] > 0.0)
+    # square of the shear force: what is left of the whole
     shear = np.maximum((force**2).sum(axis=1) - push**2 - pull**2, 0.0)
-    of = np.searchsorted(known, family[now.owner[old]])
+    family_of = np.searchsorted(known, family[now.owner[old]])  # of every old point
     # energy of pressure, energy of shear T^2 / (2 ks A), and normal force of each family
-    sums = [np.bincount(of, x, len(known)) for x in (0.5 * kn * area * closing**2, 0.5 * shear / (ks * area), push)]
+    of_points = (0.5 * kn * area * closing**2, 0.5 * shear / (ks * area), push)
+    sums = [np.bincount(family_of, x, len(known)) for x in of_points]
     rows = np.argsort(number, kind="stable")
     start = np.searchsorted(number[rows], np.arange(len(known) + 1)).astype(np.int64)
     kernels.keep_energy(made.points, made.joints, made.heirs, start, rows, *sums)
 
 
 def keep_pace(state: State, centroids: Array, made: Fresh) -> None:
-    """Let new joints that slide have the plastic slip of one step ago, as all joints have between two steps.
+    """Let new joints that slide have the plastic slip of one step ago.
 
-    Without this the way of the last step would be no slip but a motion of the springs: friction would give work back,
-    and dashpots would take it.
+    All joints have it between two steps. Else the displacement of the last step would be no slip but a motion of the
+    springs. Friction would give work back, and dashpots would take it.
 
     Parameters
     ----------
@@ -157,17 +157,18 @@ def keep_pace(state: State, centroids: Array, made: Fresh) -> None:
     """
     joints, points, heirs, bodies = made.joints, made.points, made.heirs, state.bodies
     j = owners(joints)
-    place = heirs.position
-    way = np.zeros((len(j), 3))
+    # displacement of b against a in the last step at every point [m], global axes, then along t1 and t2
+    moved = np.zeros((len(j), 3))
     for block, sign in ((joints.block_a[j], -1.0), (joints.block_b[j], 1.0)):
-        arm = place - centroids[block] - bodies.shift[block]
-        way += sign * state.dt * (bodies.vel[block] + np.cross(bodies.spin[block], arm))
-    way = np.einsum("pci,pi->pc", heirs.world[j, :2], way)
+        arm = heirs.position - centroids[block] - bodies.shift[block]
+        moved += sign * state.dt * (bodies.vel[block] + np.cross(bodies.spin[block], arm))
+    moved = np.einsum("pci,pi->pc", heirs.world[j, :2], moved)
     slip = np.column_stack([points.slip_1, points.slip_2])
-    borne = slip - heirs.aside
+    borne = slip - heirs.aside  # elastic slip
     most = kernels.largest_elastic_slip(points, joints, heirs)
-    slides = (np.linalg.norm(borne, axis=1) > SLIDES * most) & (np.linalg.norm(borne - way, axis=1) > most)
-    slip -= slides[:, None] * way
+    # points at their strength that the last step brought there
+    slides = (np.linalg.norm(borne, axis=1) > SLIDES * most) & (np.linalg.norm(borne - moved, axis=1) > most)
+    slip -= slides[:, None] * moved
     points.slip_1[:], points.slip_2[:] = slip.T
 
 

@@ -46,7 +46,15 @@ BRAKE = Damping(local=0.5, combined=True)
 class BlockStructure(DrivenStructure):
     """Rigid or strained blocks that a push drives.
 
-    Settling has an end of its own, ``at_rest``, once the structure has come to rest.
+    Settling has an end of its own. Attributes beside those of :class:`DrivenStructure`:
+
+    Attributes
+    ----------
+    move : the drive, with the calm of the settings
+    loads : dead loads [N, N m]; live ones of factor 0
+    state : unloaded, from which it settles
+    settle : the stage in which it comes to rest
+    at_rest : run that came to rest, once it has
     """
 
     at_rest: History
@@ -140,6 +148,7 @@ class BlockStructure(DrivenStructure):
     def begun(self, path: Sequence[float], steps: int, same: Mapping[str, str], file: Path | None) -> StageRun:
         """Run of a copy along a path, with arguments as for :meth:`DrivenStructure.begun`."""
         chosen, stages = self.chosen, _stages(self.move, path, steps)
+        # a file knows how its run was made and where it stood
         if file is not None:
             return taken_up(History.load(file, self.assembly), stages)
         return prepared(
@@ -165,8 +174,10 @@ class BlockStructure(DrivenStructure):
         seconds : that it took [s]
         """
         history = run.rec.history(status)
+        # the block that moves farthest, along its own direction
         rest, block = self.at_rest, int(np.argmax(np.linalg.norm(self.unit[:, :3], axis=1)))
         before, axis = rest.state.bodies, self.unit[block, :3]
+        # columns of the recorded reactions that are of driven blocks, and how these move per 1 m
         driven = [k for k, b in enumerate(history.reaction_blocks) if self.unit[b].any()]
         twist = self.unit[history.reaction_blocks[driven]]
         marks: dict[str, Any] = {k: np.concatenate([getattr(rest, k)[-1:], getattr(history, k)]) for k in MARKS}
@@ -198,7 +209,7 @@ def default_spacing(assembly: Assembly) -> float:
 
 
 def _plane(assembly: Assembly, loads: Loads, unit: Array) -> Plane | None:
-    """Plane across a global axis in which driven blocks stay, None where there is none.
+    """Plane normal to a global axis in which driven blocks stay, None without one.
 
     ``unit`` is the twist of the blocks per displacement of 1 m, shape (n, 6).
     """

@@ -56,10 +56,10 @@ class Mode(NamedTuple):
 def failure_mode(assembly: Assembly, opening: Array, slip: Array, crushed: Array) -> Mode:
     """Mode of failure from the movements of the joints.
 
-    Movements are weighed by area. In this order: half of all by crushing is "crushing"; level joints with all but a
-    quarter, most of it at one level, "sliding" where they slid and "rocking" where they opened; level joints at several
-    levels that moved together with upright ones, in steps, "diagonal"; a fifth and more between soldiers "soldier
-    bending"; else "mixed".
+    Movements are weighed by area, and the first of these rules that holds gives the name. Half of all by crushing is
+    "crushing". Half of all in level joints, most of it at one level, and less than a quarter in upright ones is
+    "sliding", or "rocking" where opening is more than slip. A fifth in level joints at several levels, and a tenth in
+    upright ones, is "diagonal": a crack in steps. A fifth between soldiers is "soldier bending". All else is "mixed".
 
     Parameters
     ----------

@@ -46,6 +46,7 @@ def settled(
         if not sound or error.history is None or not _broken(error.history):
             raise
         history = error.history
+    # once more on joints that lose nothing, and from there on joints as they are
     if sound and history.status != RunStatus.INTERRUPTED and _broken(history):
         whole = state.copy()
         # joints at hand, and the table of laws from which contacts that are found on the way take theirs
@@ -88,9 +89,9 @@ def _broken(history: History) -> bool:
 
 
 def weaken(state: State, before: State) -> None:
-    """Give the joints of a state the strengths back that they had in one before.
+    """Give joints that were made to lose nothing back their strengths in ``before``.
 
-    ``state`` is changed: its joints that were made to lose nothing, and its table of laws per interface.
+    ``state`` is changed: these joints, known by a strength of :data:`BEYOND`, and its table of laws per interface.
     """
     state.laws[:] = before.laws
     for strength in (LAW.cohesion, LAW.tension):

@@ -43,9 +43,11 @@ def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
     loads : of which the dead ones count, wrenches of every block [N, N m]
     """
     k = tangent(assembly, state)
+    # freedoms that can move: six of every block, then its modes
     free = np.flatnonzero(np.concatenate([~state.bodies.held.ravel(), _deforms(state)]))
     b = state.bodies
     inertia = np.linalg.inv(b.inv_inertia)
+    # mass matrix, block by block: of displacements, of turns, and of modes
     blocks = [part for m, j in zip(b.mass, inertia, strict=True) for part in (m * np.eye(3), j)]
     if state.modes is not None:
         blocks.append(sparse.diags_array(state.modes.mass.ravel()))
@@ -79,10 +81,11 @@ def tangent(assembly: Assembly, state: State) -> sparse.csc_array:
         (joints.block_b, joints.arm_b, None if modes is None else modes.side_b, 1.0),
     ):
         values.append(sign * point_motions(points, joints, arm, joints.frame, side))
+        m = values[-1].shape[2] - 6  # modes of a block
+        # rows of K for the six motions of the block, and for its modes behind those of all blocks
         rows.append(block[owner][:, None] * 6 + np.arange(6))
-        m = values[-1].shape[2] - 6
         rows.append(rigid + block[owner][:, None] * m + np.arange(m))
-    columns = 3 * len(owner)  # two tangents and the normal of every point
+    columns = 3 * len(owner)  # two tangents and the normal of every point, each with the same rows
     row = np.repeat(np.concatenate(rows, axis=1)[:, None], 3, axis=1).ravel()
     column = np.repeat(np.arange(columns), len(row) // columns)
     a = sparse.csc_array((np.concatenate(values, axis=2).ravel(), (row, column)), (rigid + len(own), columns))
@@ -109,12 +112,12 @@ def softest_note(state: State, assembly: Assembly) -> str:
     It is a block against its joints, or a joint against the stiffest one.
     """
     if state.modes is not None:
-        # the modes of dem.model.strain_shapes are scaled to K_mode + 2 K_joints = 1 each: a small K_mode is a soft
-        # block between stiff joints, and 1 / K_mode about twice K_joints over it
-        part = np.where(state.modes.inv_mass > 0.0, state.modes.stiffness, np.inf).min(axis=1)
-        block = int(np.argmin(part))
-        if part[block] < SOFT_BLOCK:
-            return f"block {assembly.blocks[block].name!r} is {1.0 / part[block]:.2g} times as soft as its joints"
+        # the modes of dem.model.strain_shapes are scaled to K_mode + 2 K_joints = 1 each. A small K_mode is a soft
+        # block between stiff joints. Then 1 / K_mode is about 2 K_joints / K_mode
+        softest = np.where(state.modes.inv_mass > 0.0, state.modes.stiffness, np.inf).min(axis=1)
+        block = int(np.argmin(softest))
+        if softest[block] < SOFT_BLOCK:
+            return f"block {assembly.blocks[block].name!r} is {1.0 / softest[block]:.2g} times as soft as its joints"
     kn = state.joints.law[:, LAW.kn]
     j = int(np.argmin(kn))
     joint = assembly.joint_text(state.joints.block_a[j], state.joints.block_b[j])

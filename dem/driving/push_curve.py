@@ -146,7 +146,7 @@ class PushCurve(Curve, JointMarks):
         return JointPoint(seen, float(u[last] + step), load, self._joint(int(joints[k])), value=1.0)
 
     def first_crack(self, width: float, kind: str | None = None) -> JointPoint | None:
-        """Where an opening first reaches a width, in joints of one kind; None where none does.
+        """Where an opening first reaches a width, in joints of one kind, or None.
 
         Between two samples openings grow in a line. Of several joints that reach the width there, the first is taken.
         Displacement and load are those at the width, ``value`` is the opening [m] at the sample that shows it. A joint
@@ -183,7 +183,7 @@ class PushCurve(Curve, JointMarks):
 
     @property
     def mode(self) -> Mode:
-        """How it failed, by the joints that have moved at the end; see :mod:`dem.driving.failure_mode`."""
+        """How it failed, by the joints that have moved at the end, see ``failure_mode``."""
         return self.mode_at(-1)
 
     def mode_at(self, index: int) -> Mode:
@@ -237,9 +237,9 @@ class PushCurve(Curve, JointMarks):
         return self.mesh
 
     def _first_zone(self, values: Sequence[Array], least: float) -> JointPoint | None:
-        """First sample at which a zone has ``least``, at the block where it has most.
+        """First sample at which any zone reaches the value ``least``, or None.
 
-        ``values`` holds one array per sample, shape (zones,).
+        ``values`` holds one array per sample, shape (zones,). The point names the block of the zone with the largest.
         """
         for i, value in enumerate(values):
             k = int(np.argmax(value))
@@ -314,7 +314,7 @@ def told(curve: PushCurve, label: str) -> PushCurve:
 
     ``label`` is what a legend calls it.
     """
-    # of sample 0 nothing was asked
+    # sample 0 is the structure at rest before the drive
     kinetic = curve.errors["kinetic"][1:]
     notes = [*curve.warnings, *dynamic_notes(curve.displacement[1:], kinetic)]
     if (swing := swing_of(curve.load)) > SWING:

@@ -74,7 +74,10 @@ def turning_points(to: float | Sequence[float]) -> list[float]:
 
 
 def unit_twist(drive: Drive, assembly: Assembly) -> tuple[Array, Flags]:
-    """Twist of the blocks per 1 m of a drive, and what it holds, shapes (n, 6)."""
+    """Twists of the blocks per 1 m of a drive, and freedoms that it holds, (n, 6).
+
+    A drive of a push is a direction alone: one with a length of its own, or on freedoms that are held, is refused.
+    """
     if not isinstance(drive, Drive):
         raise InputError(f"drive must be a limitmason Drive such as Drive({{'plate': {{'z': -1.0}}}}), got {drive!r}")
     travel, held = drive.twists(assembly)
@@ -197,7 +200,7 @@ class DrivenStructure(ABC):
         check_same(file, same)
 
     def rest(self, file: Path | None) -> None:
-        """Come to rest under the dead loads, or take the rest from a file; it is kept there."""
+        """Come to rest under the dead loads, and keep that in a file, or read it there."""
         if file is not None and file.exists():
             self.check(file, self.same)
             self.take_rest(file)

@@ -54,9 +54,18 @@ class ZonedRun:
     model : at rest; changed on the way
     twist : of rigid blocks per displacement of 1 m, along x, z and about -y, shape (r, 3)
     hold : freedoms of rigid blocks that the drive holds, shape (r, 3)
-    path : turning points [m]
-    steps : over all of them
-    count : of samples
+    path : turning points of the displacement [m]
+    steps : of the whole path, about
+    count : samples of the whole path, about
+
+    Attributes
+    ----------
+    rates : displacement per step in every sample [m], shape (samples,)
+    chunk : steps of a sample
+    before : forces of the blocks on what the drive moves when it begins [N, N m], shape (r, 3)
+    work_before : work of loads and supports up to then [J]
+    record : what is written down of every sample, by column
+    same : digests that a file of this run must share, see :func:`dem.stages.resuming.signature`
     """
 
     status = RunStatus.FINISHED
@@ -96,8 +105,9 @@ class ZonedRun:
     finish = begin
 
     def advance(self) -> Mapping[str, Any]:
-        """Step to the next sample; the force of the drive is the mean over the last quarter."""
+        """Step to the next sample, and return its step, displacement [m] and load [N]."""
         model, number, last = self.model, self.samples, self.record.columns
+        # displacement per step [m], and the steps at the end over which the load is a mean
         rate, tail = float(self.rates[number]), min(self.chunk, max(self.chunk // _TAIL, _LEAST_TAIL))
         running.drive(model, self.twist * rate, self.hold)
         # damping of a steady motion is let through only where little moves beside it
@@ -180,7 +190,13 @@ class ZonedStructure(DrivenStructure):
     """Zoned blocks that a push drives.
 
     Contacts are those of the reference position, followed along the sides they lie on. A servo is a dead force, and
-    holds the turns of its block where it is parallel.
+    holds the turns of its block where it is parallel. Attributes beside those of :class:`DrivenStructure`:
+
+    Attributes
+    ----------
+    model : of the blocks, changed as it settles; runs drive copies
+    twist : of rigid blocks per displacement of 1 m, x, z and turn from x to z, shape (r, 3)
+    hold : freedoms of rigid blocks that the drive holds, shape (r, 3)
     """
 
     blocks = ZONED
@@ -202,6 +218,7 @@ class ZonedStructure(DrivenStructure):
         assert chosen.zone_size is not None
         super().__init__(assembly, drive, loads, chosen)
         unit, held = self.unit, self.held
+        # along y, and turns about x and z
         if unit[:, [1, 3, 5]].any():
             raise InputError(
                 "the drive leaves the x-z plane, in which zoned blocks stay: give x, z or ry, or take simply "
@@ -314,8 +331,8 @@ class ZonedStructure(DrivenStructure):
         """
         r, m = run.record.arrays(), self.model
         slid, driven = float(np.nanmax(r["slip"][-1], initial=0.0)), int(np.argmax(np.abs(self.twist).max(axis=1)))
-        pieces = np.diff(m.sides.arc)  # along each side; from one side to the next it is not positive
-        shortest = float(pieces[pieces > 0.0].min())
+        steps_along = np.diff(m.sides.arc)  # from node to node along each side; not positive on to the next side
+        shortest = float(steps_along[steps_along > 0.0].min())
         if slid > _SLID * shortest:
             run.note(
                 f"a joint has slid by {1e3 * slid:.3g} mm: contacts are those of the reference position, and a block "

@@ -25,10 +25,11 @@ for _name, _term in ADDED.items():
 
 
 def _composed() -> dict[str, Any]:
-    """Functions ``entries``, ``has`` and ``changed``, written out for the terms.
+    """Source of three functions on the added terms, written out and run; by name.
 
-    A compiled function cannot loop over terms of different classes: each has a line of its own, with its columns by
-    number. ``changed`` hands the strengths to every term whose first entry, its flag, is not 0.
+    ``entries(law, j)`` gives the numbers that joint j has for all terms, and ``has(law, j)`` whether it has any term.
+    ``changed(added, ..., slip, damage)`` gives the strengths after every term of the joint, whose first entry, its
+    flag, is not 0. A compiled function cannot loop over terms of different classes: each has a line of its own.
     """
     lines = [
         "def entries(law, j):",
@@ -37,17 +38,17 @@ def _composed() -> dict[str, Any]:
         f"    return {' or '.join(f'law[j, {k.start}] != 0.0' for k in COLUMNS.values())}",
         f"def changed(added, {_STRENGTHS}, slip, damage):",
     ]
-    for number, own in enumerate(COLUMNS.values()):
-        first, *rest = (f"added[{k - len(LAW)}]" for k in own)
+    for number, columns in enumerate(COLUMNS.values()):
+        flag, *numbers = (f"added[{k - len(LAW)}]" for k in columns)
         lines += [
-            f"    if {first} != 0.0:",
-            f"        {_STRENGTHS} = term_{number}({', '.join([_STRENGTHS, 'slip', 'damage', *rest])})",
+            f"    if {flag} != 0.0:",
+            f"        {_STRENGTHS} = term_{number}({', '.join([_STRENGTHS, 'slip', 'damage', *numbers])})",
         ]
-    found: dict[str, Any] = {
+    names: dict[str, Any] = {
         f"term_{k}": kernel(kept=False, forceinline=True)(term.strength) for k, term in enumerate(ADDED.values())
     }
-    exec("\n".join([*lines, f"    return {_STRENGTHS}"]), found)
-    return found
+    exec("\n".join([*lines, f"    return {_STRENGTHS}"]), names)
+    return names
 
 
 if ADDED:

@@ -136,19 +136,22 @@ def kernel(
 
     def compiled(function: Callable[..., Any]) -> Any:
         """The function compiled by numba, its cache stamped with all kernel sources."""
-        math, inner = FASTMATH if fast else False, "forceinline" in options or function.__name__.startswith("_")
+        # what only compiled functions call, by its options or its name, needs no way in for Python
+        inner = "forceinline" in options or function.__name__.startswith("_")
         part = inner and "inline" not in options  # such a function is never compiled by itself, unless Python calls it
         options["no_cpython_wrapper"] = part
+        math = FASTMATH if fast else False
         dispatcher = njit(cache=kept, error_model="numpy", nogil=True, fastmath=math, **options)(function)
         if part and isinstance(dispatcher, CPUDispatcher):
             dispatcher.__class__ = _Part
         cache = getattr(dispatcher, "_cache", None)  # none where NUMBA_DISABLE_JIT leaves the function as it is
         index = getattr(cache, "_cache_file", None)
         if index is not None and hasattr(index, "_source_stamp") and hasattr(index, "_load_index"):
+            # numba loads a compiled function only where this stamp is the one it was written with
             index._source_stamp = (index._source_stamp, SOURCES)
             index._load_index = _kept_or_none(index._load_index)
         elif cache is not None and kept:
-            cache.disable()
+            cache.disable()  # a cache that cannot be stamped could be stale
         return dispatcher
 
     return compiled

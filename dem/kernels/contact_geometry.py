@@ -32,7 +32,10 @@ ROUNDING = 1e-6
 def _gap_above(
     corners: Array, n_corners: Index, planes: Array, p: int, f: int, q: int
 ) -> tuple[float, int]:
-    """Height of q's lowest corner above face f of piece p [m], and its number."""
+    """Height of q's lowest corner above face f of piece p [m], and its number in q.
+
+    ``corners`` are places [m], ``planes`` unit outward normals and offsets [m], of all pieces.
+    """
     gap, low = 1e300, 0
     for k in range(n_corners[q]):
         h = planes[p, f, 0] * corners[q, k, 0] + planes[p, f, 1] * corners[q, k, 1]
@@ -46,13 +49,18 @@ def _gap_above(
 def _widest_beside(
     corners: Array, n_corners: Index, planes: Array, n_faces: Index, p: int, q: int, axis: Array, flat: float
 ) -> float:
-    """Widest gap [m] above a face of p towards q, of faces that leave an axis.
+    """Widest gap [m] from the faces of p to q, without faces that look along an axis.
 
     Parameters
     ----------
+    corners, n_corners, planes, n_faces : of all pieces, see :class:`PieceArrays`
     p, q : numbers of the pieces
     axis : unit vector, shape (3,)
-    flat : cosine between a face's normal and the axis, of either sign, from which on the face is left out
+    flat : size of the cosine between a face's normal and the axis from which on the face is left out
+
+    Returns
+    -------
+    gap of the lowest corner of q above a face, negative where q reaches below all of them; -1e300 where no face is left
     """
     widest = -1e300
     for f in range(n_faces[p]):
@@ -70,6 +78,7 @@ def _widest_gap(
 
     Parameters
     ----------
+    corners, n_corners, planes, n_faces : of all pieces, see :class:`PieceArrays`
     p, q : numbers of the pieces
     best : unit outward normal (3), offset [m] and gap [m] of that face, written, shape (5,)
 
@@ -99,6 +108,7 @@ def _widest_crossing(
 
     Parameters
     ----------
+    corners, edges, n_edges, planes : of all pieces, see :class:`PieceArrays`
     p, q : numbers of the pieces
     out : start and vector u along the edge of p [m], start and vector v along that of q [m], and the unit normal from p
         to q, which runs along u x v, written, shape (5, 3)
@@ -153,6 +163,8 @@ def _widest_crossing(
 def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Array, n: int, spare: Array) -> int:
     """Clip a polygon by the sides of a face of the base, seen along its normal.
 
+    Side after side cuts off what lies beyond it (Sutherland and Hodgman 1974).
+
     Parameters
     ----------
     pieces : all pieces
@@ -174,7 +186,7 @@ def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Ar
         e0 = corners[base, v, 0] - corners[base, u, 0]
         e1 = corners[base, v, 1] - corners[base, u, 1]
         e2 = corners[base, v, 2] - corners[base, u, 2]
-        # outward normal of the plane through the side along the axis, and its offset
+        # plane through the side and parallel to the axis: outward normal s0, s1, s2 and offset s3
         s0, s1, s2 = e1 * axis[2] - e2 * axis[1], e2 * axis[0] - e0 * axis[2], e0 * axis[1] - e1 * axis[0]
         s3 = s0 * corners[base, u, 0] + s1 * corners[base, u, 1] + s2 * corners[base, u, 2]
         new = 0
@@ -188,7 +200,7 @@ def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Ar
                     spare[new, r] = polygon[i, r]
                 new += 1
             if (a < 0.0 < b or b < 0.0 < a) and new < MOST:
-                t = a / (a - b)
+                t = a / (a - b)  # part of the way from this corner to the next at which the side is crossed
                 for r in range(3):
                     spare[new, r] = polygon[i, r] + t * (polygon[z, r] - polygon[i, r])
                 new += 1
@@ -245,7 +257,8 @@ def _widest_axis(
     Returns
     -------
     first : whether p is the base, the piece whose face the other meets
-    face : number of that face; -1 where the gap is wider than the margin, and where two edges cross, which ``met`` has
+    face : number of that face; -1 where the gap is wider than the margin, and where two edges cross. The crossing is
+        then in ``met``
     lowest : number of the other's corner nearest to that face
     """
     corners, n_corners, planes, n_faces = pieces.corners, pieces.n_corners, pieces.planes, pieces.n_faces
@@ -300,8 +313,9 @@ def contact_shapes(
     best_p, best_q = np.empty(5), np.empty(5)
     polygon, spare = np.empty((MOST, 3)), np.empty((MOST, 3))
     for m in rows:
-        met.kind[m] = met.corners[m] = 0
+        met.kind[m], met.corners[m] = APART, 0
         p, q = pairs[m, 0], pairs[m, 1]
+        # base and face are asked for, or those of the widest gap; ``ref`` is the face's plane (4) and gap [m]
         if asked[m] >= 0:
             first, face = met.base_first[m], asked[m]
             base, other = (p, q) if first else (q, p)

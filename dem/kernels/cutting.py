@@ -363,7 +363,7 @@ def cut_joints(rows: Index, one: Index, two: Index, met: Meetings, poses: Poses,
 def facing_interface(
     block_a: Index, block_b: Index, normal: Array, centre: Array, poses: Poses, one: int, two: int, n: Array, at: Array
 ) -> int:
-    """Interface of a or b that looks most along n, out of a; of these the nearest.
+    """Interface of two blocks that now looks most along n; of equal ones the nearest.
 
     Parameters
     ----------
@@ -377,9 +377,9 @@ def facing_interface(
 
     Returns
     -------
-    interface : its number; 0 where neither block has an interface
+    interface : its number; 0, the first of all, where neither block has one
     """
-    # normal and place are turned back with each block to the reference position, where the interfaces are
+    # n (``own``) and the place (``local``) are turned back with each block to the reference position of the interfaces
     best, looks, nearest = 0, -np.inf, np.inf
     own, local = np.empty(3), np.empty(3)
     for second in range(2):

@@ -36,6 +36,10 @@ def face_motion(side: Array, j: int, x: Array, i: int, space: bool | None) -> Nu
     x : coordinates of the shapes of all blocks, or their rates, shape (blocks, shapes)
     i : the block
     space : None in a plane, where a block has fewer shapes and no twist about the joint's normal
+
+    Returns
+    -------
+    displacement c and rotation w along t1, t2, n, six numbers
     """
     c1 = c2 = c3 = w1 = w2 = w3 = 0.0
     for k in range(PLANE_MODES if space is None else SPACE_MODES):
@@ -180,6 +184,7 @@ def strained_sums(
     g_all = g[0] + e[3], g[1] + e[4], g[2] + e[5], g[3] + e[6], g[4] + e[7], g[5] + e[8]
     placed = d_all, g_all, z
     brakes, out = joints.law[j, LAW.dash] != 0.0 and dt > 0.0, NOTHING
+    # the last argument of the three sums says that blocks strain; their last number counts points beyond their strength
     if not brakes:
         out = held_sums(j, points, joints, placed, True)
     if brakes or out[15] != 0.0:

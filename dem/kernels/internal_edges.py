@@ -101,13 +101,11 @@ def _deepest(by: Carrying, n: Array, borne: int, other: int, carrier: int) -> fl
 def _goes_on(
     pieces: PieceArrays, owner: Index, parts: Index, by: Carrying, p: int, q: int, place: Array, found: Index
 ) -> None:
-    """Write the face on which pieces p and q meet to ``found``.
+    """Face on which pieces p and q meet, see :func:`faces_that_go_on`, to ``found``.
 
-    It is found as :func:`faces_that_go_on` says.
-
-    All joints of the two blocks are tried. It is the face of one piece that goes on from the face on which the other is
-    borne, no higher than what the joints beside it are pressed by. Without one it is the face on which the two bear
-    each other now.
+    At every joint of the two blocks one block is borne by another, the carrier. A face of the other piece goes on from
+    the carrier's if it looks the same way and stands no higher than springs are pressed. Of several that with
+    the widest gap counts. Without one it is the face on which the two blocks bear each other now.
 
     Parameters
     ----------
@@ -132,7 +130,7 @@ def _goes_on(
         i, j = i + (left == k), j + (right == k)
         a, b = by.ends[k, 0], by.ends[k, 1]
         own = (a == one and b == two) or (a == two and b == one)
-        for here in range(2):
+        for here in range(2):  # either block of the pair may be the one that is borne
             borne, other = (one, two) if here == 0 else (two, one)
             # the joint's plane is carried by a: the pair's own joint bears b on a's face, never the other way round
             if (borne != a and borne != b) or (own and borne != b):

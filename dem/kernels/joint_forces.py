@@ -60,9 +60,11 @@ def _crossing_forces(
         vb = (vel[b, 0] + wb[0], vel[b, 1] + wb[1], vel[b, 2] + wb[2])
         # velocity of b's edge against a's at the place where they pass [m/s]
         r1, r2, r3 = dot(vb, t1) - dot(va, t1), dot(vb, t2) - dot(va, t2), dot(vb, n) - dot(va, n)
-        # the point moves along both edges, so that its shear displacement is summed: all of it is in the slip
+        # no dilation, cohesion, tension, largest plastic opening or added terms: these are the zeros and the None
         peak = Peak(law[j, LAW.kn], law[j, LAW.ks], mu, 0.0, 0.0, 0.0, law[j, LAW.crushing], 0.0, None)
         dashpot = law[j, LAW.dash] if dt > 0.0 else 0.0, r1, r2, r3, per_dt
+        # the point moves along both edges, so that its shear displacement is summed: all of it is in the slip. The law
+        # is given none beside it, and no damage or softening; True lets it crush
         a1, a2 = points.slip_1[k] - dt * r1, points.slip_2[k] - dt * r2
         q1, q2, q3, points.slip_1[k], points.slip_2[k], points.lift[k], _, rubbed, raised, braked, _ = return_map(
             w, 0.0, 0.0, a1, a2, old, 0.0, peak, None, dashpot, True, (dt * r1, dt * r2, dt * r3)

@@ -63,7 +63,7 @@ def stress(
 ) -> Numbers:
     """Stress at a point in a position, and its elastic energy; changes nothing.
 
-    Arguments as in :func:`return_map`.
+    Arguments are opening, shear displacement, plastic state and law as in :func:`return_map`.
 
     Returns
     -------
@@ -125,11 +125,10 @@ def within(
     w: float, e1: float, e2: float, slip_1: float, slip_2: float, lift: float, damage: float,
     peak: Peak, softening: SofteningRow | None, dashpot: Numbers | None,
 ) -> Numbers:
-    """Stress at a point well within its strength, and whether it is.
+    """Stress at a point well within its strength, and whether it is within.
 
-    It takes no root and no division.
-
-    Arguments as in :func:`return_map`, which gives these numbers for such a point.
+    It takes no root and no division. Arguments are opening, shear displacement, plastic state and law as in
+    :func:`return_map`, which gives these numbers for such a point.
 
     Returns
     -------
@@ -199,15 +198,15 @@ def _lost(peak: Peak, old: Numbers, now: Numbers, slid: Numbers, moved: Numbers,
     n, t1, t2 = 0.5 * (old[1] + now[1]), 0.5 * (old[2] + now[2]), 0.5 * (old[3] + now[3])
     rubbed, raised, broken = t1 * slid[0] + t2 * slid[1], n * slid[2], 0.0
     if grows:
-        given = t1 * moved[0] + t2 * moved[1] + n * moved[2]
-        broken = _held(peak, old) - given - _held(peak, now) - (rubbed - raised)
+        work = t1 * moved[0] + t2 * moved[1] + n * moved[2]  # of the joint on the blocks
+        broken = _held(peak, old) - work - _held(peak, now) - (rubbed - raised)
     return rubbed, raised, broken
 
 
 @kernel(inline="always")
 def _opened(
     peak: Peak, inv_ks: float, w: float, n0: float, slip_1: float, slip_2: float, lift: float, worn: Numbers,
-    pull: Numbers,
+    tried: Numbers,
 ) -> Numbers:
     """Plastic opening of a point that dilates or crushes, from its state before.
 
@@ -221,8 +220,8 @@ def _opened(
     n0 : stress of the elastic opening if it were that of a spring, see :func:`tension` [Pa]
     slip_1, slip_2, lift : plastic slip and plastic opening before the step [m]
     worn : tan(phi), tan(psi), c, ft and reach that damage leaves after the step, see :func:`_weakened`
-    pull : size of the springs' trial shear [Pa]; trial shear of springs and dashpots along t1, along t2 and in size
-        [Pa]; their trial pressure [Pa]; how much stiffer a dashpot makes a spring [-]
+    tried : stresses before the law limits them: shear of the springs in size [Pa]; shear of springs and dashpots along
+        t1, along t2 and in size [Pa]; their pressure [Pa]; and how much stiffer a dashpot makes a spring [-]
 
     Returns
     -------
@@ -234,7 +233,7 @@ def _opened(
     """
     kn, ks = peak.kn, peak.ks
     mu, dil, c, ft, reach = worn
-    trial, b1, b2, total, pressed, stiffer = pull
+    trial, b1, b2, total, pressed, stiffer = tried
     before = np.sqrt(slip_1 * slip_1 + slip_2 * slip_2)
     # cosine between the slip so far and that of this step, which runs against the shear stress on b: 1 away from where
     # the point was made, -1 straight back
@@ -243,9 +242,9 @@ def _opened(
     outward = outward if before < farthest else 0.0
     rate = dil * outward  # plastic opening per slip
     # slip in a closed joint consistent with the friction it mobilises: sliding back takes pressure and friction with it
-    over = max(total - c - mu * pressed, 0.0) / (stiffer * max(ks + kn * mu * rate, SNAP * ks))
+    slides_now = max(total - c - mu * pressed, 0.0) / (stiffer * max(ks + kn * mu * rate, SNAP * ks))
     # beyond the apex all of the shear slips and no more
-    rise = rate * min(over, total * inv_ks / stiffer)
+    rise = rate * min(slides_now, total * inv_ks / stiffer)
     # at the apex too: an open point keeps the opening that goes with its slip, and is pressed if it slides more
     slides = rate * max(trial - max(c - mu * ft, 0.0), 0.0) * inv_ks
     room = min(slides, max(w - reach / kn - lift, 0.0))
@@ -299,6 +298,7 @@ def return_map(
     spring and dashpot that is left. By g, which points along q, the plastic slip falls in the step.
     """
     kn, ks, fc = peak.kn, peak.ks, peak.crushing
+    # elastic predictor: the springs take all of the step
     a1, a2 = slip_1 - e1, slip_2 - e2
     n0 = kn * (lift - w)
     mu, dil, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)
@@ -322,11 +322,13 @@ def return_map(
         stiffer = 1.0 + z * per_dt
         total = np.sqrt(b1 * b1 + b2 * b2)
         pressed = n0 - z * kn * r3
+    # damage of the step, and what strength it leaves
     before_mu, before_c, h = mu, c, damage
     if softening is not None:
         h, mu, dil, c, ft, reach = _weakened(
             peak, softening, slip_1, slip_2, damage, max(-n0 - held, 0.0), pressed, total, stiffer
         )
+    # plastic opening, and normal stress of the spring
     new = lift
     if dilates:
         new, short, most, before, farthest = _opened(
@@ -346,8 +348,9 @@ def return_map(
         # no pull beyond the strength
         z3 = max(z * kn * ((new - lift) * per_dt - r3), -ft - spring)
         n = spring + z3
+    # return to the cone: shear beyond it slips, and ``ratio`` is the part of the trial shear that is left
     cap = max(c + mu * n, 0.0)
-    ratio = min(cap / max(total, TINY), 1.0)  # part of the trial shear that is left on the cone
+    ratio = min(cap / max(total, TINY), 1.0)
     if dashpot is None:
         g1, g2 = (1.0 - ratio) * a1, (1.0 - ratio) * a2
         q1, q2, braked = ks * ratio * a1, ks * ratio * a2, 0.0

@@ -25,8 +25,8 @@ def against_change(local: float, force: float, change: float, brake: float) -> f
     ----------
     P. A. Cundall, combined damping of UDEC and FLAC: the sign of the velocity is taken from the change of the force.
     """
-    way = 1.0 if change > 0.0 else -1.0 if change < 0.0 else 0.0
-    return 0.5 * (brake - local * abs(force) * way)
+    sign = 1.0 if change > 0.0 else -1.0 if change < 0.0 else 0.0
+    return 0.5 * (brake - local * abs(force) * sign)
 
 
 @kernel(inline="always")
@@ -52,7 +52,7 @@ def brake_of(local: float, drifts: bool | None, force: float, past: float, speed
 
 @kernel(inline="always")
 def least_speeds(bodies: RigidBodies, i: int) -> tuple[float, float]:
-    """Velocity [m/s] and spin [rad/s] of block i that are zero but for rounding.
+    """Velocity [m/s] and spin [rad/s] up to which a motion of block i is rounding.
 
     What a motion does not excite moves by rounding, up or down as the structure stands in space: its sign would turn
     all of its damping about.
@@ -77,9 +77,10 @@ def brakes_of(
     local: float, drifts: bool | None, force: Array, i: int, at: int, past: Array, speed: Array, least: float,
     held: Array, axes: Array,
 ) -> tuple[float, float, float]:
-    """Local damping of block i's unbalanced force [N], or moment, along its axes.
+    """Local damping of block i's unbalanced force [N] or moment [N m], along x, y, z.
 
-    What moves steadily along one axis then brakes nothing along the others, however the structure stands in space.
+    It is worked out along each of the block's own axes by itself. What moves steadily along one axis then brakes
+    nothing along the others, however the structure stands in space.
 
     Parameters
     ----------

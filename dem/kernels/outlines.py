@@ -103,10 +103,10 @@ def convex_hull(x: Array, y: Array, corners: Index) -> int:
     flat = STRAIGHT * extent(x, n) * extent(y, n)
     found = 0
     # the lower chain from left to right, then the upper one back; each leaves its last corner to the next
-    for way in range(2):
+    for chain in range(2):
         first = found
         for step in range(n):
-            k = order[step] if way == 0 else order[n - 1 - step]
+            k = order[step] if chain == 0 else order[n - 1 - step]
             while found - first > 1:
                 i, j = corners[found - 2], corners[found - 1]
                 if (x[j] - x[i]) * (y[k] - y[i]) - (y[j] - y[i]) * (x[k] - x[i]) > flat:
@@ -213,6 +213,7 @@ def _outline(x: Array, y: Array, wide: float, high: float, corners: Index, u: Ar
         for i in range(count):
             u[i], v[i] = x[corners[i]], y[corners[i]]
         return count
+    # a row: a strip from its first to its last point, half as wide as it is long to either side
     along, across = (x, y) if wide >= high else (y, x)
     (low, top), aside = extremes(along, len(along)), 0.5 * max(wide, high)
     one, two = (u, v) if wide >= high else (v, u)
@@ -252,11 +253,11 @@ def _between(
         rise = v[k] - v[i]
         if not abs(rise) > ROUNDING * reach:
             continue  # a side along the line has its ends where the sides beside it meet the line
-        way = (aside - v[i]) / rise
-        # the edge does not reach the height of the point
-        if not (way > -AT_A_CORNER and way < 1.0 + AT_A_CORNER):
+        part = (aside - v[i]) / rise  # of the side, up to where the line meets it
+        # the side does not reach the height of the point
+        if not (part > -AT_A_CORNER and part < 1.0 + AT_A_CORNER):
             continue
-        at = u[i] + way * (u[k] - u[i])
+        at = u[i] + part * (u[k] - u[i])
         if at < low:
             low, first = at, i
         if at > high:
@@ -290,7 +291,8 @@ def find_ends(points: Points, joints: Joints, setback: Array, solids: SolidArray
         slope = slope_of(x, y, own)
         for k in range(n):
             out[k, 0], out[k, 1], out[k, 2], out[k, 3] = x[k], y[k], slope[0], slope[1]
-            for c in range(4, 10, 3):
+            # as long as nothing else is known, along s and along t: in the middle, between edges of b
+            for c in (4, 7):
                 out[k, c], out[k, c + 1], out[k, c + 2] = 0.5, OF_B, OF_B
         wide, high = extent(x, n), extent(y, n)
         largest = max(wide, high)

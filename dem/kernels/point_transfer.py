@@ -63,7 +63,7 @@ def inherit(
     for j in range(len(cut.block_a)):
         a, b, p0, p1 = cut.block_a[j], cut.block_b[j], cut.start[j], cut.start[j + 1]
         total = np.zeros(3)  # force of all old joints on block b of the new one, global axes [N]
-        summed = heirs.contact[j] == CROSSING
+        summed = heirs.contact[j] == CROSSING  # whether the whole force is taken over, and not stress point by point
         for h in range(start[j], start[j + 1]):
             old = heirs_of[h]
             summed = summed or left.contact[old] == CROSSING
@@ -77,7 +77,7 @@ def inherit(
         for p in range(p0, p1):
             area += new.area[p]
         for p in range(p0, p1):
-            far, nearest, of = np.inf, -1, -1
+            far, nearest, donor = np.inf, -1, -1  # squared distance, number of the old point, entry of its joint
             for h in range(start[j], start[j + 1]):
                 for k in range(joints.start[heirs_of[h]], joints.start[heirs_of[h] + 1]):
                     d0 = heirs.position[p, 0] - left.position[k, 0]
@@ -85,10 +85,10 @@ def inherit(
                     d2 = heirs.position[p, 2] - left.position[k, 2]
                     apart = d0 * d0 + d1 * d1 + d2 * d2
                     if apart < far:
-                        far, nearest, of = apart, k, h
+                        far, nearest, donor = apart, k, h
             if nearest < 0:
                 continue
-            old = heirs_of[of]
+            old = heirs_of[donor]
             # force on block b of the old joint; the new joint may have swapped a and b
             same = joints.block_b[old] == b or joints.block_a[old] == a
             per_area = (1.0 if same else -1.0) / points.area[nearest]
@@ -96,7 +96,7 @@ def inherit(
                 # stress on the new block b [Pa]; where a point and an area take over from each other the force stays
                 shear[r] = total[r] / area if summed else per_area * left.force[nearest, r]
             new.lift[p] = 0.0 if heirs.contact[j] == CROSSING else points.lift[nearest]
-            new.damage[p] = points.damage[nearest] if own[of] else 0.0
+            new.damage[p] = points.damage[nearest] if own[donor] else 0.0
             w = heirs.world
             new.slip_1[p] = (shear[0] * w[j, 0, 0] + shear[1] * w[j, 0, 1] + shear[2] * w[j, 0, 2]) / ks
             new.slip_2[p] = (shear[0] * w[j, 1, 0] + shear[1] * w[j, 1, 1] + shear[2] * w[j, 1, 2]) / ks

@@ -51,7 +51,9 @@ LEAST = 1e-6
 
 @kernel(inline="always")
 def _adapted(viscosity: float, adaptive: float, kinetic: float, before: float, dt: float) -> float:
-    """Viscosity [1/s] whose power follows a part of the rate of kinetic energy.
+    """Viscosity [1/s] of global damping that adapts to the motion (adaptive damping).
+
+    It grows where its power 2 C E_kin is less than a fixed part of |dE_kin / dt|, and falls else.
 
     Parameters
     ----------
@@ -87,7 +89,8 @@ def _loads_on(acting: Acting, step: int, i: int, rot: Array, force: Array) -> No
         if x != 0.0:
             for k in range(6):
                 force[k] += x * cases[c, i, k]
-            if cases.shape[2] > 6:  # (R - I) r x f, of the sum of r f^T that is laid out row by row behind the wrench
+            # moment as points of attack turn, (R - I) r x f, by the sum of r f^T: nine numbers behind the wrench
+            if cases.shape[2] > 6:
                 for k in range(3):
                     u, v = (k + 1) % 3, (k + 2) % 3
                     for r in range(3):
@@ -129,14 +132,14 @@ def _accelerate(
     bodies: RigidBodies, i: int, past: Array, acting: Acting, step: int, at: BlockStep, local: float,
     drifts: bool | None, damping: float,
 ) -> tuple[float, bool]:
-    """Bring the velocity and angular momentum of block i half a step on.
+    """Bring velocity and angular momentum of block i from step n - 1/2 to n + 1/2.
 
     Parameters
     ----------
     bodies, i : all blocks, changed, and the number of the block
     past : net force [N] and moment [N m] of the step before, shape (6,); moments of the damping are written there
     acting, step : prescribed velocities, and the number of the step
-    at : time step and factors of the scheme
+    at : time step and factors of the scheme, see :class:`dem.kernels.arrays.BlockStep`
     local : factor of local damping [-]
     drifts : whether motion is steady, and damping the combined one; None where it never is
     damping : work of the damping so far [J]
@@ -150,6 +153,7 @@ def _accelerate(
     dt, kick, viscosity, keep, lag = at
     moving = False
     least = least_speeds(bodies, i)
+    # columns of forces begin at 0, those of moments at 3
     brake_of_force = brakes_of(local, drifts, net, i, 0, past, vel, least[0], held, bodies.axes)
     brake_of_moment = brakes_of(local, drifts, net, i, 3, past, spin, least[1], held, bodies.axes)
     for k in range(3):
@@ -161,6 +165,7 @@ def _accelerate(
             v = float(vel[i, k])
             brake = brake_of_force[k]
             vel[i, k] = (v * keep + (f - brake) * bodies.inv_mass[i] * kick) * lag
+            # local and global damping work at the mean of both velocities
             damping += brake * 0.5 * (v + vel[i, k]) * dt
             damping += viscosity * bodies.mass[i] * (0.5 * (v + vel[i, k])) ** 2 * dt
         if held[i, 3 + k]:
@@ -226,6 +231,7 @@ def _move(
     drifts : whether motion is steady, and damping the combined one; None where it never is
     scratch : room for the load (6), old velocities (6), old or damping forces (6), a quaternion (4), R - I (3, 3) and
         the new spin (3)
+    modes : shapes of blocks that deform; None where all are rigid
     """
     n, dt = bodies.mass.size, at.dt
     kinetic = applied = support = damping = 0.0

@@ -81,7 +81,7 @@ def meet(gate: Index, met: int, threads: int, spin: int = SPIN) -> int:
         looks += 1
         if looks > spin:
             sleep(np.uint32(SLEEP))
-        now = int(added(gate, 0))
+        now = int(added(gate, 0))  # adds nothing: it reads the gate
     return goal if now < SHUT else now
 
 

@@ -43,6 +43,7 @@ def add_tie_forces(ties: Ties, bodies: RigidBodies, total: Array, sums: int = 0)
             total[sums + E_FRICTION] += ties.strength[j] * more
             pull = ties.strength[j]
         if pull > 0.0:
+            # on block a, which is drawn towards b
             f = (pull * now[0] / length, pull * now[1] / length, pull * now[2] / length)
             ma, mb = cross(pa, f), cross(pb, f)
             for i in range(3):

@@ -71,6 +71,7 @@ def _joint_stresses(
     for k in range(contacts.joint.size):
         _, _, _, _, _, _, opening, slip = met(k, nodes, sides, contacts)
         row = contacts.joint[k]
+        # in the plane nothing slips along a second axis
         t, _, n, elastic = stress(
             opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k], peak_of(law, row),
             softening_of(law, row),

@@ -267,6 +267,7 @@ def met(
     place, shift = nodes.place, nodes.shift
     x = (1.0 - share) * (place[b0, 0] + shift[b0, 0]) + share * (place[b1, 0] + shift[b1, 0])
     y = (1.0 - share) * (place[b0, 1] + shift[b0, 1]) + share * (place[b1, 1] + shift[b1, 1])
+    # from the segment of the last step to its neighbours, until the point lies on one; the first and last of the side
     at, side = contacts.segment[k], contacts.side[k]
     first, last = sides.start[side], sides.start[side + 1] - 2
     tried = 0
@@ -309,6 +310,7 @@ def joint_forces(nodes: Nodes, sides: Sides, contacts: SideContacts, law: Array,
         row = contacts.joint[k]
         moved = slip - contacts.along[k], 0.0, opening - contacts.opening[k]
         contacts.along[k], contacts.opening[k] = slip, opening
+        # in the plane nothing slips along a second axis, and there are no dashpots; True lets points dilate and crush
         if soft:
             t, _, n, contacts.slip[k], _, contacts.lift[k], contacts.damage[k], rubbed, raised, _, broken = return_map(
                 opening, slip, 0.0, contacts.slip[k], 0.0, contacts.lift[k], contacts.damage[k],

@@ -44,7 +44,8 @@ def run(
     # copies: to the compiler loads that may not be written are another type, and the kernel is compiled twice
     acting = kernels.Acting(*(np.array(v, dtype=float, order="C") for v in (cases, factors, drives, speeds)))
     scheme = kernels.Scheme(
-        float(state.dt), state.mode == DYNAMIC, float(damping.local), float(damping.adaptive), damping.kinetic
+        dt=float(state.dt), true_inertia=state.mode == DYNAMIC, local=float(damping.local),
+        adaptive=float(damping.adaptive), kinetic_stop=damping.kinetic,
     )
     shared_advance(state, acting, scheme, drifts)
     state.time += steps * state.dt
@@ -78,10 +79,10 @@ def without_arms(cases: Array) -> Array:
 
 
 def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
-    """Give blocks at rest the velocities of half a step ago, under loads and their joints' forces.
+    """Give blocks at rest the velocities of half a step ago.
 
-    v(-1/2) = -dt F / (2 m): the first step then leads to v(1/2) = dt F / (2 m), and x(n) is that of time n dt. A whole
-    step from rest would be half a step ahead for good.
+    Under the force F of loads and joints they are v(-1/2) = -dt F / (2 m). The first step then leads to
+    v(1/2) = dt F / (2 m), and x(n) is that of time n dt. A whole step from rest would be half a step ahead for good.
 
     Parameters
     ----------
@@ -94,12 +95,13 @@ def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
     if len(arms):
         # moment of the loads as their points have turned with the block
         wrench[:, 3:] += axial(b.rot @ arms)
+    # forces of the joints act on b, and the opposite ones on a
     for block, sign in ((state.joints.block_a[now.owner], -1.0), (state.joints.block_b[now.owner], 1.0)):
         turning = np.cross(now.position - place[block], now.force)
         np.add.at(wrench, block, sign * np.concatenate([now.force, turning], axis=1))
-    push = np.where(b.held, 0.0, -0.5 * state.dt * wrench)
+    impulse = np.where(b.held, 0.0, -0.5 * state.dt * wrench)
     rot = b.rot + np.eye(3)
-    b.vel[:] = push[:, :3] * b.inv_mass[:, None]
-    b.ang[:] = push[:, 3:]
+    b.vel[:] = impulse[:, :3] * b.inv_mass[:, None]
+    b.ang[:] = impulse[:, 3:]
     # Omega = R J^-1 R^T L
     b.spin[:] = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)

@@ -26,11 +26,11 @@ NOTICED = 1e-4
 
 
 def base_first(assembly: Assembly, dead: Array, points: Points, joints: Joints) -> tuple[Points, Joints]:
-    """Joints whose first block is the one on whose face the other stands, whatever the numbers of the blocks.
+    """Points and joints with the block as first on whose face the other one stands.
 
     A joint's plane turns with its first block. Of two blocks this is the one of which fewer edges end the contact: a
     corner of the other bears on its face once that one rocks. Where both have as many it is the lower one, as the
-    dead loads pull, and side by side that of the lower number.
+    dead loads pull, and side by side that of the lower number. Joints with another first block are turned round.
 
     Parameters
     ----------
@@ -39,13 +39,15 @@ def base_first(assembly: Assembly, dead: Array, points: Points, joints: Joints) 
     """
     ends, rows = np.full((len(points.s), ENDS), np.nan), np.arange(len(joints.block_a))
     kernels.find_ends(points, joints, np.zeros(len(points.s)), Pieces.of(assembly).solids, rows, ends)
-    whose = ends[:, [5, 6, 8, 9]]
+    whose = ends[:, [5, 6, 8, 9]]  # whose edges the lower and the upper end are, along s and along t
+    # how many more ends are edges of a than of b, over all points of a joint
     more = np.add.reduceat((whose == OF_A).sum(axis=1) - (whose == OF_B).sum(axis=1), joints.start[:-1])
     total = dead[~assembly.fixed, :3].sum(axis=0)
     # the normal points from the first block to the second
     falls = joints.frame[:, 2] @ total > LEVEL * np.abs(dead[:, :3]).sum()
     turned = (more > 0) | ((more == 0) & falls)
     one, mine = turned[:, None], np.repeat(turned, np.diff(joints.start))
+    # turned round about t1: the second axis and the normal change their sign
     return points._replace(t=np.where(mine, -points.t, points.t)), joints._replace(
         block_a=np.where(turned, joints.block_b, joints.block_a),
         block_b=np.where(turned, joints.block_a, joints.block_b),
@@ -57,17 +59,15 @@ def base_first(assembly: Assembly, dead: Array, points: Points, joints: Joints) 
 def follow_edges(assembly: Assembly, state: State) -> None:
     """Let the points of joints that have slipped follow the edges of their faces.
 
-    Changes ``state.points``.
-
-    With b slipped by u along an axis, an end that is an edge of b moves by u over the face of a, one of a by nothing,
-    and one of both by what makes the contact smaller. Points between move in proportion. Areas stay until the joint is
-    cut anew.
+    Changes ``state.points``. With b slipped by u along an axis, an end that is an edge of b moves by u over the face of
+    a, one of a by nothing, and one of both by what makes the contact smaller. Points between move in proportion. Areas
+    stay until the joint is cut anew.
     """
     joints, points, now = state.joints, state.points, state.measured(assembly)
     slid = find_ends(assembly, state, now)
     if not slid.any():
         return
-    mine = np.repeat(slid, np.diff(joints.start))
+    mine = np.repeat(slid, np.diff(joints.start))  # points of these joints
     # columns as :func:`dem.kernels.outlines.find_ends` writes them: s, t and the gap's slopes as the joint was made,
     # then for each axis the part of the way from the lower to the upper end and whose edge either end is
     row, slip = state.ends[mine], now.slip[mine]
@@ -93,9 +93,9 @@ def find_ends(assembly: Assembly, state: State, now: PointForces) -> NDArray[np.
 
 
 def note_slid(state: State, now: PointForces) -> None:
-    """Mark the joints between faces that have slid, whose ends are then found when they are asked for.
+    """Mark joints between faces that have slid: their ends are found once asked for.
 
-    The mark is a number in the second column of ``state.ends`` beside none in the first.
+    The mark is a number in the second column of ``state.ends`` beside NaN in the first.
     """
     first = state.joints.start[:-1]
     new = first[joints_that_slid(state, now) & np.isnan(state.ends[first, 1])]
@@ -139,9 +139,9 @@ def _moved(part: Array, lower: Array, upper: Array, slip: Array) -> Array:
 
 
 def pivots_on_a(assembly: Assembly, state: State, now: PointForces, rows: Index) -> Flags:
-    """Whether all that bears in some joints is an edge of a, shape (r,).
+    """Whether some joints bear on an edge of block a alone, shape (r,).
 
-    The face that they bear on then is b's.
+    The face that they bear on then is that of block b.
 
     Parameters
     ----------

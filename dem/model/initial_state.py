@@ -45,7 +45,7 @@ VISCOSITY = 0.01
 
 
 def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
-    """Masses [kg] and inertia [kg m2] of the blocks of an assembly, shapes (n,) and (n, 3, 3).
+    """Masses [kg], shape (n,), and inertia tensors [kg m2], (n, 3, 3), of all blocks.
 
     Held blocks may have none and get 1, which moves nothing. A free block without mass is refused.
     """
@@ -60,22 +60,22 @@ def _real_masses(assembly: Assembly) -> tuple[Array, Array]:
 
 
 def _own_axes(points: Points, joints: Joints, n: int) -> Array:
-    """Axes of the largest joint of every block, of equal ones the first, shape (n, 3, 3).
+    """Axes of the largest joint of every block, of equal ones the first, (n, 3, 3).
 
-    Along them blocks are damped: along axes of space an answer would hang on how the structure stands there. ``points``
-    and ``joints`` are all of them, n is the number of blocks.
+    Rows are t1, t2 and n. Along them blocks are damped: along axes of space an answer would hang on how the structure
+    stands there. ``points`` and ``joints`` are all of them, n is the number of blocks.
     """
-    axes, least = np.tile(np.eye(3), (n, 1, 1)), np.zeros(n)
+    axes, largest = np.tile(np.eye(3), (n, 1, 1)), np.zeros(n)  # area of the largest joint so far [m2]
     for j, area in enumerate(np.add.reduceat(points.area, joints.start[:-1])):
         for block in (joints.block_a[j], joints.block_b[j]):
-            if area > least[block] * (1.0 + EQUAL):
-                axes[block], least[block] = joints.frame[j], area
+            if area > largest[block] * (1.0 + EQUAL):
+                axes[block], largest[block] = joints.frame[j], area
     axes[np.abs(axes) < NO_SLOPE] = 0.0
     return axes
 
 
 def _at_rest(mass: Array, inertia: Array, held: Flags, axes: Array) -> RigidBodies:
-    """Bodies at rest in their reference position.
+    """Kernel arrays of the blocks, at rest in their reference position.
 
     Parameters
     ----------
@@ -98,12 +98,17 @@ def _jointed(
     assembly: Assembly, loads: Loads, contact_points: Grid | None, contact_model: str | None, options: JointOptions,
     plane: Plane | None,
 ) -> tuple[tuple[Points, Joints, Index, Array, tuple[str, ...]], tuple[str, ...]]:
-    """What :func:`make_joints` gives of an assembly, and warnings of faces that have few points.
+    """Joints of an assembly, and warnings of faces that have few contact points.
 
     Parameters
     ----------
     contact_points, contact_model, plane : as for :func:`initial_state`
     options : what the joint law needs beyond the assembly's joints
+
+    Returns
+    -------
+    made : points, joints, interface of each, laws of all interfaces, and warnings, see :func:`make_joints`
+    few : the warnings of few points
     """
     grid, model = chosen_points(assembly, contact_points, contact_model)
     contacts = make_points(assembly, grid, model, plane)
@@ -181,6 +186,7 @@ def initial_state(
         points, joints = base_first(assembly, loads.dead, points, joints)
     ties, said = make_ties(assembly, options.stiffness_factor)
     warnings = (*warnings, *said, *few)
+    # stiffness of every block alone, without motions that a plane problem does not have
     stiffness = block_stiffness(points, joints, n, ties=ties)
     moves = np.ones(6, dtype=bool) if plane is None else ~out_of_plane(plane)
     stiffness *= moves[:, None] & moves
@@ -201,15 +207,15 @@ def initial_state(
             scale_masses_of_modes(mass, inertia, modes, coupled_of(deformation, points, joints, moves), dt, safety)
     else:
         mass, inertia = _real_masses(assembly)
-        top = 0.0
+        top = 0.0  # half of the largest squared frequency of blocks that strain [1/s2]
         if start is not None:
             deformation, modes = start.modes(assembly, points, joints, None, axes)
             top = fastest_of(mass, inertia, modes, coupled_of(deformation, points, joints, moves))
         if options.dashpot is None:
-            # z = dashpot w / 2 at the fastest motion, for which the undamped step is 2 / w
-            dash = UNDER_CRITICAL * stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
+            # part of critical damping z = dashpot w / 2 at the fastest motion w, for which the undamped step is 2 / w
+            dash = UNDER_CRITICAL * stable_step(stiffness, mass, inertia, free, joints, safety=1.0, top=top)
             joints.law[:, kernels.LAW.dash] = laws[:, kernels.LAW.dash] = dash
-        largest = stable_step(stiffness, mass, inertia, free, joints, 1.0, top)
+        largest = stable_step(stiffness, mass, inertia, free, joints, safety=1.0, top=top)
         dt = safety * largest if dt is None else dt
         if dt > largest:
             raise InputError(f"dt = {dt:g} s is above the stable time step of {largest:g} s of these joints and masses")

@@ -68,11 +68,10 @@ def joint_marks(state: State, now: PointForces, count: int) -> JointMarks:
 
 
 def bond_yielded(assembly: Assembly, state: State) -> tuple[float, str]:
-    """Largest plastic movement of a joint with perfectly plastic bond [m], and which.
+    """Largest plastic movement of a joint whose bond never ends [m], and its name.
 
-    The movement is an opening or a slip, and the joint is told in words.
-
-    It is 0 and "" where there is no such joint. Such a joint keeps cohesion and tension however far it moves.
+    Such a joint is perfectly plastic: it keeps cohesion and tension however far it opens or slips. Without one the
+    answer is 0 and "".
     """
     now = state.measured(assembly)
     p, law = state.points, state.joints.law[now.owner]
@@ -80,6 +79,7 @@ def bond_yielded(assembly: Assembly, state: State) -> tuple[float, str]:
     bond &= np.maximum(law[:, LAW.by_opening], law[:, LAW.by_slip]) == 0.0
     if not bond.any():
         return 0.0, ""
+    # opening beyond that at the tensile strength, or plastic slip
     moved = np.maximum(now.opening - law[:, LAW.tension] / law[:, LAW.kn], np.hypot(p.slip_1, p.slip_2)) * bond
     k = int(moved.argmax())
     j = now.owner[k]
@@ -123,14 +123,14 @@ def marks_of(
     failed = np.where(softens, damage > 0.0, plastic) | (depth > ROUNDING * size / kn)
 
     def largest(values: Array) -> Array:
-        """Largest of the values at the points of every interface, NaN without points, shape (count,)."""
+        """Largest value at the points of every interface, NaN without one, (count,)."""
         out = np.full(count, -np.inf)
         np.maximum.at(out, interface, values)
         return np.where(np.isfinite(out), out, np.nan)
 
-    with np.errstate(invalid="ignore"):
-        part = np.bincount(interface, area * failed, count) / np.bincount(interface, area, count)
+    with np.errstate(invalid="ignore"):  # an interface without points has no area
+        part_failed = np.bincount(interface, area * failed, count) / np.bincount(interface, area, count)
     return JointMarks(
         opening=largest(opening), slip=largest(slip), crushed=largest(depth), used=largest(np.minimum(used, 1.0)),
-        failed=part,
+        failed=part_failed,
     )

@@ -124,7 +124,10 @@ def law_at(rows: Array, damage: Array, slip: Array) -> PointLaw:
 
 
 def losses(assembly: Assembly, laws: Array) -> tuple[str, ...]:
-    """What the joints lose where they fail, in words, from the laws that run, shape (k, LAW_SIZE)."""
+    """What the joints lose where they fail, in words.
+
+    ``laws`` are the kernel's rows of all interfaces, with which a run goes, shape (k, LAW_SIZE).
+    """
     # opening over which strength is lost [m]; 0 where none is, and where it is lost at once
     rate = laws[:, LAW.by_opening]
     length = np.divide(1.0, rate, out=np.zeros(len(rate)), where=(rate > 0.0) & (rate < SUDDEN))
@@ -148,7 +151,7 @@ def chosen_points(assembly: Assembly, grid: Grid | None, contact_model: str | No
     assembly : whose joints may crush
     grid, contact_model : what is asked for, None for what the joints need
     """
-    crushes = bool(np.isfinite(assembly.arrays.compressive_strength).any())
+    crushes = bool(np.isfinite(assembly.arrays.compressive_strength).any())  # infinite where a joint never does
     if contact_model is None:
         contact_model = LOBATTO if grid is None and crushes else "grid"
     if grid is None:
@@ -197,7 +200,7 @@ def refuse_too_large(assembly: Assembly, grid: object) -> None:
 
 
 def make_points(assembly: Assembly, grid: Grid, contact_model: str, plane: Plane | None = None) -> ContactPoints:
-    """Contact points of the interfaces that touch a free block, in the order of the interfaces.
+    """Contact points of the interfaces that touch a free block, in their order.
 
     Parameters
     ----------
@@ -251,7 +254,7 @@ def make_joints(
 
 
 def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[Array, tuple[str, ...]]:
-    """Law rows of the kernel for all interfaces, shape (k, LAW_SIZE), and notes.
+    """Law rows of the kernel for all interfaces, shape (k, LAW_SIZE), and warnings.
 
     Tension counts up to ft where ft > c / tan(phi) too, unlike in limit analysis, which cuts it at the cone's apex.
 
@@ -276,6 +279,7 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
             )
     dash = per_interface(0.0 if options.dashpot is None else options.dashpot, kinds, "dashpot")
     later = options.residual_dilatancy_angle_deg
+    # residual tan(psi)
     psi_r = None if later is None else np.tan(np.deg2rad(per_interface(later, kinds, "residual_dilatancy_angle_deg")))
     peak = peak_law(laws, convex=False)
     out = np.zeros((len(laws), kernels.LAW_SIZE))
@@ -294,13 +298,14 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
         by_opening, by_slip = np.where(alone, rate, by_opening), np.where(alone, rate, by_slip)
     for name in LOST:
         out[:, getattr(LAW, name)], out[:, getattr(LAW, f"rest_{name}")] = getattr(peak, name), getattr(rest, name)
-    # as an opening, so that the kernel compares displacements
+    # fc as a closing, fc / kn, so that the kernel compares displacements
     out[:, LAW.crushing] = peak.crushing / out[:, LAW.kn]
     out[:, LAW.by_opening], out[:, LAW.by_slip], out[:, LAW.dash] = by_opening, by_slip, dash
     # a joint whose opening does no damage has lost no tension that could unload otherwise than by its stiffness
     out[:, LAW.secant] = (by_opening > 0.0) & [j.unloading is Unloading.SECANT for j in laws]
     # a joint that does not dilate is never lifted, for an infinite slip either
     out[:, LAW.lift] = peak.tan_psi * np.where(peak.tan_psi > 0.0, dilatant, 0.0)
+    # of each term that was added to a joint's law a flag, and its numbers
     for row, joint in zip(out, laws, strict=True):
         for term in joint.terms:
             name = name_of(term)

@@ -90,9 +90,9 @@ def _edges_of(faces: Sequence[tuple[int, ...]]) -> Index:
 
 
 def _bent(vertices: Array, faces: Sequence[tuple[int, ...]], edges: Index) -> Flags:
-    """Edges at which two faces meet at an angle, of k solids of one topology, shape (k, e).
+    """Whether the two faces at an edge meet at an angle, shape (k, e).
 
-    The others lie inside a plane, as triangulation leaves them.
+    The others lie inside a plane, as triangulation leaves them. The k solids have one topology.
 
     Parameters
     ----------

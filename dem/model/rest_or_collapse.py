@@ -136,6 +136,7 @@ def hold(
     scale = scale.under(wrench)
     shift, quat = state.bodies.shift.copy(), state.bodies.quat.copy()
     used = 0 if onset is None else onset.steps
+    # from the load before to this one, evenly
     if onset is not None and used:
         part = np.arange(1, used + 1) / used
         begun = without_arms(np.stack([onset.before, wrench]))
@@ -179,14 +180,15 @@ def hold(
 
 
 def _accelerates(path: list[tuple[float, float]]) -> bool:
-    """Whether speed and unbalanced force grow in each later third of the last half of a path.
+    """Whether speed and unbalanced force grow from third to third of the last half.
 
     A few hundred steps say nothing: joints that slip one after the other let blocks speed up for a while on the way to
-    an equilibrium that takes tens of thousands. ``path`` holds displacement and unbalanced force of each look.
+    an equilibrium that takes tens of thousands. ``path`` holds displacement [m] and unbalanced force [-] of each check.
     """
     part = len(path) // 6
     if part < FEWEST:
         return False
+    # means over each third: speed as displacement between two checks, and the logarithm of the unbalanced force
     moved = np.array([p[0] for p in path[-3 * part - 1 :]])
     force = np.log([max(p[1], 1e-300) for p in path[-3 * part :]]).reshape(3, part).mean(axis=1)
     speed = np.diff(moved).reshape(3, part).mean(axis=1)
@@ -219,4 +221,7 @@ def _arrives(path: list[tuple[float, float]], used: int, limit: float, left: int
     limit : displacement that counts as collapse [m]
     """
     part = len(path) // 3  # checks in ``used / 3`` steps
-    return part >= FEWEST and path[-1][0] + (path[-1][0] - path[-1 - part][0]) * left * 3.0 / used > limit
+    if part < FEWEST:
+        return False
+    now, before = path[-1][0], path[-1 - part][0]
+    return now + (now - before) * left * 3.0 / used > limit

@@ -18,7 +18,7 @@ More and smaller shares have more blocks between them, whose numbers go from cor
 
 
 def shared_advance(state: State, acting: Acting, scheme: Scheme, drifts: bool | None) -> None:
-    """Advance a state as :func:`dem.kernels.advance` does, by two threads where it is large.
+    """Advance a state by :func:`dem.kernels.advance`, in two threads if it is large.
 
     What comes out depends on the number of joints alone: one thread adds up the same two parts.
 
@@ -42,14 +42,14 @@ def shared_advance(state: State, acting: Acting, scheme: Scheme, drifts: bool | 
 
         It has a ``total`` of the accumulated scalars of its own.
         """
-        team = Team(mine, end, parts, sums, gate)
+        team = Team(mine=mine, end=end, parts=parts, sums=sums, gate=gate)
         kernels.advance(
             state.points, state.joints, bodies, total, acting, scheme, team, drifts, state.modes, state.space,
             state.ties if len(state.ties.block_a) else None,
         )
 
     if parts == 1 or kernels.threads_allowed() < parts:
-        go(0, parts, state.total)
+        go(0, parts, state.total)  # one thread steps all parts
     else:
         _by_two(go, state.total, gate)
     if parts > 1:
@@ -57,7 +57,7 @@ def shared_advance(state: State, acting: Acting, scheme: Scheme, drifts: bool | 
 
 
 def _by_two(go: Callable[[int, int, Array], None], total: Array, gate: Index) -> None:
-    """Run both parts at once, as two threads.
+    """Step both parts of a structure at the same time, in two threads.
 
     An error of either ends both before the first step.
 
@@ -75,7 +75,7 @@ def _by_two(go: Callable[[int, int, Array], None], total: Array, gate: Index) ->
             go(1, 2, total.copy())
         except BaseException as error:
             failed.append(error)
-            gate[0] += kernels.SHUT
+            gate[0] += kernels.SHUT  # the first thread, which waits at the gate, sees that nobody comes
 
     # made anew each time: 0.1 ms, and a process that forks meanwhile keeps no thread that is not there
     other = threading.Thread(target=second, name="steps, second half", daemon=True)

@@ -55,7 +55,7 @@ def owners(joints: Joints) -> Index:
 
 
 def points_of(joints: Joints, rows: Index) -> Index:
-    """Numbers of the points of the joints ``rows``, joint after joint in the order given."""
+    """Numbers of the points of the joints ``rows``, joint after joint in that order."""
     return ragged_ranges(joints.start[rows], np.diff(joints.start)[rows])[0]
 
 
@@ -99,7 +99,10 @@ def block_stiffness(
 def springs_of_blocks(
     points: Points, joints: Joints, n_blocks: int, seen: Array, sides: tuple[Array, Array]
 ) -> Array:
-    """Sums of k A g g^T over the points of every block with its k shapes, shape (n, 6 + k, 6 + k).
+    """Stiffness that each block with m shapes feels when only it moves, joints closed.
+
+    It is the sum of k A g g^T over its points, shape (n, 6 + m, 6 + m). There g is the displacement of a point along
+    t1, t2 or n by six rigid motions and the shapes; k is ks, ks or kn.
 
     Parameters
     ----------
@@ -127,6 +130,8 @@ def largest_squares(stiffness: Array, mass: Array, inertia: Array, others: Array
 
     Parameters
     ----------
+    stiffness : K of every block in its motions and shapes [N/m, N, N m], shape (n, 6 + k, 6 + k)
+    mass, inertia : [kg] and [kg m2], shapes (n,) and (n, 3, 3)
     others : masses of its k shapes, shape (n, k); None for rigid blocks
     """
     # M^(-1/2) K M^(-1/2) is symmetric and has the same eigenvalues
@@ -141,11 +146,16 @@ def largest_squares(stiffness: Array, mass: Array, inertia: Array, others: Array
 
 
 def scaled_masses(stiffness: Array, dt: float, safety: float) -> tuple[Array, Array]:
-    """Mass and inertia tensor with which every block is as fast as the time step allows.
+    """Mass and inertia with which every block is as fast as the time step allows.
 
-    With e = e_b - e_a in every spring, e^2 <= 2 e_a^2 + 2 e_b^2, so w_max^2 <= 2 max_i lambda(M_i^-1 K_i), and central
-    differences are stable for dt <= 2 / w_max. The inertia follows the rotational stiffness, eigenvalues not below
-    :data:`FLOOR` times the largest.
+    The elongation of every spring is e = e_b - e_a by the motions of its two blocks. As e^2 <= 2 e_a^2 + 2 e_b^2,
+    w_max^2 <= 2 max_i lambda(M_i^-1 K_i), and central differences are stable for dt <= 2 / w_max. The inertia follows
+    the rotational stiffness, eigenvalues not below :data:`FLOOR` times the largest.
+
+    Parameters
+    ----------
+    stiffness : K_i of every block when it alone moves [N/m, N, N m], shape (n, 6, 6)
+    dt, safety : time step [s], and the part of its bound that it is to be [-]
 
     Returns
     -------
@@ -156,8 +166,8 @@ def scaled_masses(stiffness: Array, dt: float, safety: float) -> tuple[Array, Ar
     mass, inertia = np.ones(n), np.tile(np.eye(3), (n, 1, 1))
     size = np.trace(stiffness, axis1=1, axis2=2)
     rows = np.flatnonzero(size > 0.0)
-    # stiffness is divided by a power of two, which is exact: scaled by one, the path keeps its bits. The root of a
-    # doubled number would have others
+    # stiffness is divided by a power of two near its size, which is exact. A model scaled by a power of two then takes
+    # the same path to the bit
     unit = np.ldexp(1.0, np.frexp(size[rows])[1] - 1)
     k = stiffness[rows] / unit[:, None, None]
     m = np.linalg.eigvalsh(k[:, :3, :3])[:, -1]
@@ -174,13 +184,17 @@ def scaled_masses(stiffness: Array, dt: float, safety: float) -> tuple[Array, Ar
 def stable_step(
     stiffness: Array, mass: Array, inertia: Array, free: NDArray, joints: Joints, safety: float, top: float = 0.0
 ) -> float:
-    """Time step [s] for real masses: safety 2 / w_max (sqrt(1 + z^2) - z), z = dashpot w_max / 2.
+    """Time step [s] for real masses, infinite where no motion has a stiffness.
 
-    It is infinite where no motion has a stiffness.
+    It is safety 2 / w_max (sqrt(1 + z^2) - z), with z = dashpot w_max / 2 the part of critical damping.
 
     Parameters
     ----------
+    stiffness : of every block when it alone moves [N/m, N, N m], shape (n, 6, 6)
+    mass, inertia : [kg] and [kg m2], shapes (n,) and (n, 3, 3)
     free : blocks that may move, shape (n,)
+    joints : all of them, of which the largest dashpot counts
+    safety : part of the bound of the stable step that is used [-]
     top : half of the w_max^2 that other motions have, as of blocks that deform [1/s2]
     """
     rows = np.flatnonzero(free & (np.trace(stiffness, axis1=1, axis2=2) > 0.0))

@@ -235,7 +235,7 @@ class State:
         return cls.from_arrays(read_archive(path), path)
 
     def energy_of_motion(self) -> float:
-        """Kinetic energy of the free degrees of freedom now, by velocities and momenta [J]."""
+        """Kinetic energy of the freedoms that are not held, as they move now [J]."""
         b = self.bodies
         rot = b.rot + np.eye(3)
         spin = np.einsum("nij,njk,nlk,nl->ni", rot, b.inv_inertia, rot, b.ang)
@@ -291,23 +291,23 @@ class State:
         return block_stresses(self.deformation, self.modes, self.bodies.rot + np.eye(3))
 
     def senses(self, assembly: Assembly) -> Array:
-        """Of every point 1 where its joint has the first block of its interface as its own, else -1, shape (m,).
+        """Whether the joint of each point runs as its interface, 1, or the other way, -1.
 
-        The second axis, the normal and the force of a joint of -1 are those of the interface turned round.
+        At -1 block a of the joint is the interface's block b: second axis, normal and force are turned round. Joints
+        that were found anew count as 1. The shape is (m,).
         """
         owner = owners(self.joints)
         first = assembly.arrays.block_a[self.interface]
         return np.where((self.interface >= 0) & (self.joints.block_a != first), -1.0, 1.0)[owner]
 
     def resultants(self, assembly: Assembly) -> Resultants:
-        """Resultants of the interfaces of ``assembly`` from the contact forces, and of its ties.
+        """Resultants of the interfaces and ties of an assembly, from contact forces.
 
-        They act at their places before displacement.
+        They act at their places before displacement. Joints cut anew belong to no interface and are left out.
         """
         now = self.measured(assembly)
         x = assembly.links
         k = self.interface[now.owner]
-        # joints cut anew belong to no interface
         kept = k >= 0
         k, sense = k[kept], self.senses(assembly)[kept, None]
         s, t = self.points.s[kept, None], sense * self.points.t[kept, None]

@@ -68,9 +68,9 @@ def plane_of(
 
 
 def out_of_plane(plane: Plane) -> Flags:
-    """Degrees of freedom that leave a plane whose normal is a global axis, shape (6,); other planes are refused.
+    """Freedoms that leave a plane whose normal is a global axis, shape (6,).
 
-    They are the displacement along the normal and the turns about the two other axes.
+    They are the displacement along the normal and the turns about the two other axes. Other planes are refused.
     """
     axis = np.abs(plane.normal) > 1.0 - 1e-9  # but for rounding
     if not axis.any():
@@ -80,7 +80,9 @@ def out_of_plane(plane: Plane) -> Flags:
 
 @dataclass(frozen=True, eq=False)
 class StrainShapes:
-    """Shapes of all blocks in the coordinates of the kernel, zero where a block is rigid; they stay in a run.
+    """Shapes of all blocks in the coordinates of the kernel; they stay in a run.
+
+    They are zero where a block is rigid.
 
     Parameters
     ----------
@@ -142,7 +144,7 @@ class BlockStress(NamedTuple):
     gradient: Array
 
     def at(self, block: int, arm: Array) -> Array:
-        """Stress of a block at points ``arm`` from its centroid [m], shape (k, 3); it is in [Pa], shape (k, 3, 3)."""
+        """Stress [Pa], shape (k, 3, 3), at places ``arm`` from the centroid [m], (k, 3)."""
         return np.asarray(self.mean[block] + np.einsum("ijp,kp->kij", self.gradient[block], np.atleast_2d(arm)))
 
 
@@ -164,25 +166,23 @@ def block_stresses(deformation: StrainShapes, modes: BlockModes, rotation: Array
 
 
 def frames(joints: Joints) -> tuple[Array, Array]:
-    """Frames of the joints as both blocks carry them, rows t1, t2, n, reference axes of a and of b, (k, 3, 3) each."""
+    """Frames of joints, rows t1, t2, n, in reference axes of a and of b, (k, 3, 3)."""
     turn = rotation_matrices(rotation_vectors(joints.turn))
     return joints.frame, np.asarray(joints.frame @ np.swapaxes(turn, 1, 2))
 
 
 def sides(deformation: StrainShapes, points: Points, joints: Joints) -> tuple[Array, Array]:
-    """What every shape does to the faces of every joint, ``side_a`` and ``side_b`` of the kernel, shapes (k, m, 6).
+    """Motion of both faces of every joint by a unit of every shape, (k, m, 6) each.
 
-    ``deformation`` are the shapes of all blocks. A joint takes up six motions of a face, in a plane those in it, see
-    :func:`limitmason.mechanics.joint_shapes.face_motions`.
+    They are ``side_a`` and ``side_b`` of the kernel: displacement and rotation along t1, t2, n. A joint takes up six
+    motions of a face, in a plane those in it, see :func:`limitmason.mechanics.joint_shapes.face_motions`.
+    ``deformation`` are the shapes of all blocks.
     """
     frame_a, frame_b = frames(joints)
-    n = len(frame_a)
     whole = np.where(joints.law[:, LAW.cross] != 0.0, 0.0, 1.0)[:, None, None]  # at crossing edges blocks are rigid
-    owner = owners(joints)
-    place = np.column_stack([points.s, points.t])
+    owner, place = owners(joints), np.column_stack([points.s, points.t])
     # motions of a face that count: in a plane displacements in it and the turn about its normal
-    kept = np.zeros((n, 6, 6))
-    kept[:] = np.eye(6)
+    kept = np.tile(np.eye(6), (len(frame_a), 1, 1))
     if deformation.plane:
         across = frame_a @ deformation.normal
         turn = across[:, :, None] * across[:, None, :]
@@ -199,16 +199,16 @@ def sides(deformation: StrainShapes, points: Points, joints: Joints) -> tuple[Ar
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Shapes of an assembly in a state of stress, of the blocks that deform, before a run chooses its coordinates."""
+    """Shapes of the blocks that deform, before a run chooses its coordinates."""
 
-    deformation: StrainShapes
-    shapes: dict[int, Body]
+    deformation: StrainShapes  # of all blocks
+    shapes: dict[int, Body]  # by number of the block
 
     @classmethod
     def of(cls, assembly: Assembly, stress: str, plane: Plane | None) -> "Start":
-        """Shapes of the blocks that have a material, in arrays as wide as the block with the most shapes.
+        """Shapes of the blocks that have a material.
 
-        A block without one keeps zeros, which deform nothing.
+        Arrays are as wide as the block with the most shapes. A block without a material keeps zeros: nothing deforms.
 
         Parameters
         ----------
@@ -239,7 +239,7 @@ class Start:
     def modes(
         self, assembly: Assembly, points: Points, joints: Joints, coupled: Array | None, axes: Array
     ) -> tuple[StrainShapes, BlockModes]:
-        """Modes at rest in coordinates that share neither stiffness nor mass, each of unit mass.
+        """Modes at rest, each of unit mass, that share neither stiffness nor mass.
 
         Parameters
         ----------
@@ -253,7 +253,7 @@ class Start:
         new = replace(d, coefficients=d.coefficients.copy(), mean=d.mean.copy(), gradient=d.gradient.copy())
         for i, shape in self.shapes.items():
             k = shape.stiffness
-            # mass of the modes: their own, or what the stable step asks for
+            # K x = value M x, M their own mass or what the stable step asks for
             value, basis = eigh(k, shape.mass if coupled is None else k + 2.0 * coupled[i, 6:, 6:])
             x = assembly.blocks[i].vertices - assembly.centroids[i]
             corners = d.displacement(np.full(len(x), i), x).transpose(0, 2, 1) @ axes[i].T
@@ -264,17 +264,17 @@ class Start:
             gradient[i] = np.tensordot(basis.T, shape.mean_gradient, axes=1)
             new.reach[i] = np.linalg.norm(new.displacement(np.full(len(x), i), x), axis=1).max(axis=0)
         zero = np.zeros((n, m))
-        modes = BlockModes(
-            zero, zero.copy(), stiffness, np.ones((n, m)), inv_mass, gradient, zero.copy(), zero.copy(), zero.copy(),
-            *sides(new, points, joints),
+        side_a, side_b = sides(new, points, joints)
+        return new, BlockModes(
+            value=zero, rate=zero.copy(), stiffness=stiffness, mass=np.ones((n, m)), inv_mass=inv_mass,
+            gradient=gradient, contact=zero.copy(), load=zero.copy(), net=zero.copy(), side_a=side_a, side_b=side_b,
         )
-        return new, modes
 
 
 def _told_apart(value: Array, basis: Array, corners: Array) -> tuple[Array, Array]:
-    """Modes of a block in which those of one stiffness are chosen by its own axes, not by rounding.
+    """Modes of a block of which those of one stiffness are chosen by its own axes.
 
-    Each is damped by the sign of its own rate: which of them are taken moves what they do together.
+    Rounding would choose others. Each is damped by the sign of its own rate, so that the choice moves the answer.
 
     Parameters
     ----------
@@ -295,9 +295,9 @@ def _told_apart(value: Array, basis: Array, corners: Array) -> tuple[Array, Arra
 
 
 def coupled_of(shapes: StrainShapes, points: Points, joints: Joints, moves: Flags) -> Array:
-    """Stiffness every block feels in its rigid motions and shapes when only it moves, joints closed, (n, 6 + m, 6 + m).
+    """Stiffness of every block's rigid motions and shapes when it alone moves.
 
-    Frames are those of the time a joint was made.
+    Joints are closed, frames those of the time a joint was made. The shape is (n, 6 + m, 6 + m).
 
     Parameters
     ----------
@@ -313,7 +313,7 @@ def coupled_of(shapes: StrainShapes, points: Points, joints: Joints, moves: Flag
 def scale_masses_of_modes(
     mass: Array, inertia: Array, modes: BlockModes, coupled: Array, dt: float, safety: float
 ) -> None:
-    """Write scaled masses of the modes, and of the blocks as far as modes make them faster, to the arrays given.
+    """Write scaled masses of modes, and of blocks as far as modes make these faster.
 
     A mode of the coordinates of :meth:`Start.modes` has K_mode + 2 K_joints = 1 and so a mass dt^2 / (4 safety^2);
     what rigid motions and modes share is met by a factor on all masses of the block.
@@ -333,7 +333,7 @@ def scale_masses_of_modes(
 
 
 def fastest_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) -> float:
-    """Half of the largest w^2 of M^-1 (2 K_joints + K_modes) over all blocks that deform [1/s2].
+    """Half of the largest w^2 of blocks that deform [1/s2], see :func:`_squares_of`.
 
     ``coupled`` is the stiffness of :func:`coupled_of`, shape (n, 6 + m, 6 + m).
     """
@@ -341,9 +341,9 @@ def fastest_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) -
 
 
 def relative_deformation(deformation: StrainShapes, modes: BlockModes, joints: Joints, points: Points) -> Array:
-    """Displacement of b's face against a's by deformation at points of joints just made [m], their axes, shape (p, 3).
+    """Displacement of b's face against a's by deformation at points [m], shape (p, 3).
 
-    ``joints`` and ``points`` are those that were made, and the joints' two sides have not turned against each other.
+    It is along t1, t2, n. The joints have just been made: their two sides have not turned against each other.
     """
     side_a, side_b = sides(deformation, points, joints)
     change = (modes.value[joints.block_b][:, None] @ side_b - modes.value[joints.block_a][:, None] @ side_a)[:, 0]
@@ -386,9 +386,9 @@ def add_modal_mass(
 
 
 def _squares_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) -> tuple[Index, Array]:
-    """Blocks that deform, shape (b,), and the largest w^2 of M^-1 (2 K_joints + K_modes) of each [1/s2], shape (b,).
+    """Blocks that deform, and the largest w^2 of each [1/s2], shapes (b,) and (b,).
 
-    The largest of all is a bound of the assembly's.
+    It is of M^-1 (2 K_joints + K_modes), by which the largest of all bounds that of the assembly.
 
     Parameters
     ----------

@@ -71,7 +71,10 @@ class Scale:
 
     @classmethod
     def of(cls, assembly: Assembly, wrench: Array) -> "Scale":
-        """Scale of an assembly under the loads ``wrench`` of every block, see ``Loads.rows``, shape (n, 15 or 6)."""
+        """Scale of an assembly under the loads ``wrench`` of every block.
+
+        They are forces [N], moments [N m] and perhaps arms, see ``Loads.rows``, shape (n, 6 or 15).
+        """
         arm, moves = _least_thickness(assembly), ~assembly.held
         load, free = _own_load(wrench, moves, arm), moves.any(axis=1)
         if not load.any():
@@ -97,7 +100,10 @@ class Scale:
         return replace(self, load=np.maximum(self.load, _own_load(wrench, self.free, self.arm)))
 
     def above_rounding(self, state: State) -> "Scale":
-        """This scale with loads of at least :data:`ROUNDING` times what the joints of ``state`` press a block by."""
+        """This scale with loads that are not lost in the rounding of contact forces.
+
+        The load of a block is at least :data:`ROUNDING` times what its joints in ``state`` press it by.
+        """
         if not (self.load < LIGHT * self.load.max()).any():
             return self  # no block so light that it matters
         now = state.forces()
@@ -182,7 +188,7 @@ def displacement_since(state: State, shift: Array, quat: Array, scale: Scale) ->
 
 
 def slid_and_moved(assembly: Assembly, state: State) -> tuple[float, float]:
-    """Largest plastic slip of a point that is pressed, and largest displacement of a block [m]."""
+    """Largest plastic slip of a point that bears, and displacement of a block [m]."""
     closed = np.linalg.norm(state.measured(assembly).force, axis=1) > 0.0
     slid = float((np.hypot(state.points.slip_1, state.points.slip_2) * closed).max(initial=0.0))
     return slid, float(np.linalg.norm(state.bodies.shift, axis=1).max())

@@ -19,7 +19,9 @@ from limitmason.vibration.system import VibratingSystem
 
 
 def state_system(state: Any, assembly: Assembly, sliding: str) -> VibratingSystem:
-    """Blocks on the contact points that a state of the DEM has left closed, in their places before displacement.
+    """Blocks on the contact points that a state of the DEM has left closed.
+
+    Points and blocks are in their places before displacement.
 
     Parameters
     ----------

@@ -115,7 +115,7 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         progress=chosen.progress, edges=chosen.contacts == EDGES,
     )
     reached(0.0, "search", share=1.0 / (1 + len(chosen.error_budget)))
-    found = increments(assembly, loads, _start(assembly, loads, chosen, ""), controls)
+    found = increments(assembly, loads, _start(assembly, loads, chosen, check=""), controls)
     swayed = chosen.moved_limit is None and _swayed(assembly, found, controls.moved_limit) > SWAYED
     # a bond that yields and never ends carries more the farther blocks move
     if swayed and bond_yielded(assembly, found.state)[0] < PLASTIC * MOVED * smallest_edge(assembly):
@@ -226,9 +226,9 @@ def _budget(
 
 
 def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[float]) -> list[str]:
-    """Notes on a search with controls ``c`` and the loads [-] it left undecided.
+    """Notes of what is doubtful in a search with controls ``c``.
 
-    They say that it was interrupted, what is undecided in its bracket, and that blocks moved far at rest.
+    They say that it was interrupted, which loads [-] in its bracket are ``undecided``, and that blocks moved far.
     """
     notes = []
     if "interrupted" in found.details:
@@ -244,12 +244,13 @@ def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[floa
 
 def _same(found: Search, again: Search) -> bool:
     """Whether a repeat differs by less than ``WARNED`` wherever the brackets hold it."""
+    # least and largest ratio of two multipliers, one in the bracket of either search
     least, most = again.stable / found.moving, again.moving / found.stable
     return bool(1.0 - WARNED <= least <= most <= 1.0 + WARNED)
 
 
 def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
-    """Farthest that a load that stood moved a block, over what is collapse [-]."""
+    """Farthest that a load that stood moved a block, as part of a collapse [-]."""
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED):
         return 0.0
     moved = max((v.moved for load, v in found.record if load and v.outcome == EQUILIBRIUM), default=0.0)
@@ -257,7 +258,7 @@ def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
 
 
 def _far_notes(assembly: Assembly, found: Search, contacts: str) -> list[str]:
-    """Notes where the largest load that stood moved blocks beyond their first contacts."""
+    """Note where the largest load that stood moved blocks beyond their contacts."""
     block, moved = farthest(assembly, found.state, reaches(assembly))
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or moved <= SMALL * near_margin(assembly):
         return []
@@ -269,9 +270,9 @@ def _far_notes(assembly: Assembly, found: Search, contacts: str) -> list[str]:
 
 
 def _sway_notes(assembly: Assembly, found: Search, moved_limit: float) -> list[str]:
-    """Notes where a load in equilibrium moved blocks far, by soft joints or by bonds that yield.
+    """Note where a load in equilibrium moved blocks far, by soft joints or bonds.
 
-    ``moved_limit`` is the displacement that counts as collapse, over the smallest edge [-].
+    ``moved_limit`` is the displacement that counts as collapse, divided by the smallest edge [-].
     """
     share, edge = _swayed(assembly, found, moved_limit), smallest_edge(assembly)
     yielded, joint = bond_yielded(assembly, found.state)
@@ -289,7 +290,7 @@ def _sway_notes(assembly: Assembly, found: Search, moved_limit: float) -> list[s
 
 
 def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
-    """A search and what follows from its largest load that stood, as one search.
+    """Go on with a search from its largest load that stood; both as one search.
 
     Parameters
     ----------
@@ -312,7 +313,7 @@ def _further(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Se
 def _at_half_rate(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
     """Repeat of a search's last tenth in halved increments, with controls ``c``."""
     begin, state = found.near if found.near is not None else (0.0, found.state)
-    climbed = [begin]
+    climbed = [begin]  # loads that stood on the way up
     for value, verdict in found.record:
         if verdict.outcome == EQUILIBRIUM and value > climbed[-1]:
             climbed.append(value)
@@ -322,13 +323,13 @@ def _at_half_rate(assembly: Assembly, loads: Loads, found: Search, c: Controls) 
 
 
 def _least_balanced(assembly: Assembly, found: Search, load: float) -> str:
-    """Name of the block whose forces were farthest from balance when a load was given up."""
+    """Name of the block farthest from balance when a ``load`` [-] was given up."""
     block = next(v.block for x, v in found.record if x == load)
     return f"{assembly.blocks[block].name or block!r}"
 
 
 def _unbalanced(assembly: Assembly, loads: Loads, found: Search) -> float:
-    """Part of the multiplier owed to forces that are not quite balanced [-].
+    """How much less the multiplier may be, as forces are not quite balanced [-].
 
     Joint forces within their strength that leave a wrench r unbalanced carry the load less r: by the static theorem the
     multiplier is at least the load's less the power of r, over that of the live load, in the mechanism.
@@ -340,19 +341,19 @@ def _unbalanced(assembly: Assembly, loads: Loads, found: Search) -> float:
 
 
 def _range(found: Search, interval: tuple[float, float] | None, budget: Mapping[str, Mapping[str, Any]]) -> Range:
-    """The interval of an answer, and what widened it.
+    """The interval of an answer, and what it rests on in words.
 
-    ``interval`` is the bracket widened by the error budget [-], ``budget`` what every check of that found, by its name.
+    ``interval`` is the bracket widened by the error budget [-]. ``budget`` holds what each check found, by its name.
     """
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or interval is None:
         return Range()
-    known = {name: np.isfinite(row["change"]) for name, row in budget.items()}
-    parts = [*(n for n, k in known.items() if k), *(f"{n} undecided" for n, k in known.items() if not k)]
-    return Range(*interval, f"error budget: {', '.join(['bracket', *parts])}" if budget else "bracket of the search")
+    decided = [name for name, row in budget.items() if np.isfinite(row["change"])]
+    parts = ["bracket", *decided, *(f"{name} undecided" for name in budget if name not in decided)]
+    return Range(*interval, f"error budget: {', '.join(parts)}" if budget else "bracket of the search")
 
 
 def _interval(found: Search, budget: Mapping[str, Mapping[str, Any]], unbalanced: float) -> tuple[float, float] | None:
-    """Bracket widened on each side by the error budget [-], None without one.
+    """Bracket widened on each side by the error budget [-], None without a bracket.
 
     A repeat knows its own multiplier only to its own bracket, twice as wide as the search's: what it may lie below or
     above the bracket found counts, and not the distance of the two largest loads that stood. ``unbalanced`` is what

@@ -43,7 +43,7 @@ _REACH = 0.9  # part of the largest load held up to which a state is kept, to co
 
 @dataclass(frozen=True)
 class Controls:
-    """Numerical settings of a search; :class:`dem.DemSettings` explains those without a comment here."""
+    """Numerical settings of a search; for those without comment see ``DemSettings``."""
 
     tolerance: float
     max_steps: int
@@ -58,7 +58,7 @@ class Controls:
 
 @dataclass
 class Search:
-    """Outcome of a search: bracket, where it ended, and the record of every load tried.
+    """Outcome of a search: bracket, where it ended, and every load that was tried.
 
     Parameters
     ----------
@@ -98,20 +98,20 @@ def settle(assembly: Assembly, loads: Loads, state: State, scale: Scale, c: Cont
     c : controls of the search
     """
     def held(state: State, evenly: int) -> LoadVerdict:
-        """The dead load held on a state, after coming on over ``evenly`` steps."""
+        """Verdict on the dead load, held after it came on over ``evenly`` steps."""
         return hold(
             assembly, state, loads.rows("dead"), scale, SETTLING, tolerance=min(AT_REST, c.equilibrium),
             limit=SINKING * c.moved_limit * scale.smallest, max_steps=c.max_steps, edges=c.edges,
             onset=LoadOnset(np.zeros_like(loads.rows("dead")), evenly),
         )
 
-    begun, first = state.copy(), held(state, 0)
+    unloaded, first = state.copy(), held(state, evenly=0)
     slid, moved = slid_and_moved(assembly, state)
     # what fell may have fallen by the overshoot alone; what is undecided has had all its steps
     if first.outcome == UNDECIDED or (first.outcome == EQUILIBRIUM and slid <= SLID * moved):
         return state, first
-    again = held(begun, max(EVENLY, first.steps))
-    return begun, replace(again, steps=first.steps + again.steps)
+    again = held(unloaded, evenly=max(EVENLY, first.steps))
+    return unloaded, replace(again, steps=first.steps + again.steps)  # no longer unloaded
 
 
 @watched("search")
@@ -165,7 +165,7 @@ def increments(
                 stable=bracket.stable, moving=np.inf, status=Status.UNBOUNDED, state=state, mechanism=None,
                 record=record, steps=used,
             )
-        low, before = bracket.stable, state.copy()
+        low, before = bracket.stable, state.copy()  # the load held so far, and the state under it
         reached(bracket.part(len(record)), bracket.words(new))
         try:
             # stiff joints settle within microns: no need to wait for a collapse to be seen by eye
@@ -210,7 +210,7 @@ def increments(
 
 
 class _Bracket:
-    """The largest load held, the smallest one refused above it, and which load to try next.
+    """The largest load held, the smallest one refused above it, and the next to try.
 
     All loads are multipliers of the live load [-].
 
@@ -289,7 +289,7 @@ class _Bracket:
             self.stride = 2.0 * self.stride if self.begins_near_collapse else min(1.5 * self.stride, longest)
 
     def refuse(self, new: float, verdict: LoadVerdict) -> None:
-        """Count a load ``new`` [-] as refused: the blocks kept moving, or it stayed undecided."""
+        """Count a load ``new`` [-] as refused: blocks kept moving, or it was undecided."""
         if verdict.outcome == MOVING:
             self.moving = min(self.moving, new)
         self.refused, self.refused_from = new, self.stable
@@ -297,13 +297,16 @@ class _Bracket:
     def part(self, tried: int) -> float | None:
         """Part of the search that is done [-], None while nothing was refused.
 
-        Loads tried, over those and the halvings left until the bracket is closed.
+        It is the number of loads ``tried``, divided by that number and the halvings left until the bracket is closed.
         """
         gap = self.refused - self.stable
-        return tried / (tried + np.log2(max(gap / self.width, 1.0)) + 1.0) if np.isfinite(gap) else None
+        if not np.isfinite(gap):
+            return None
+        halvings = np.log2(max(gap / self.width, 1.0))
+        return float(tried / (tried + halvings + 1.0))
 
     def words(self, new: float) -> str:
-        """Which load ``new`` [-] is being held, and between which, for who follows the search."""
+        """Progress in words: which load ``new`` [-] is being held, and between which."""
         above = f", {self.refused:.4g} not" if np.isfinite(self.refused) else ""
         return f"holding {new:.4g}, {self.stable:.4g} held{above}"
 

@@ -47,10 +47,10 @@ class TiltStatus(StrEnum):
 
 
 class TableRun(NamedTuple):
-    """A run of the turning table: angle per 1000 steps [deg], and the largest Rh / Rv that it read [-]."""
+    """A run of the turning table."""
 
-    rate: float
-    peak: float
+    rate: float  # angle per 1000 steps [deg]
+    peak: float  # largest Rh / Rv that it read [-]
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,10 +92,10 @@ class TiltTest(Displayed, Readings):
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Tangents of the tilt between which the wall falls [-], None where no stopped table stood and fell.
+        """Tangents of the tilt between which the wall falls [-], or None.
 
         The upper end is the lowest stopped table on which it fell. The lower end is the highest on which it stood, or
-        the multiplier, where it fell earlier on a table that turned.
+        the multiplier, where it fell earlier on a table that turned. It is None unless stopped tables showed both.
         """
         if not np.isfinite(self.held).all():
             return None
@@ -122,7 +122,7 @@ class TiltTest(Displayed, Readings):
         return _at_rate_zero(self.runs) if fell else float("nan")
 
     def __str__(self) -> str:
-        """Multiplier, angle, stopped tables, rate and, where it was asked for, the comparison with held loads.
+        """Multiplier, angle, stopped tables, rate, and held loads where asked for.
 
         Status and warnings alone where no table was turned, or where the wall stood at the last angle.
         """
@@ -212,13 +212,13 @@ def tilt_test(
         raise InputError(f"to_deg must lie between 0 and 90 degrees, got {to_deg!r}")
     tolerance, moved_limit = positive("tolerance", tolerance), positive("moved_limit", moved_limit)
     steps = count("steps", steps)
-    if (halvings := count("halvings", halvings, 0)) < 1:
+    if (halvings := count("halvings", halvings, least=0)) < 1:
         raise InputError("halvings must be positive: the rate check needs at least one halving")
     # some 200 samples in a run, of 20 steps at least; chosen
     every = max(steps // 200, 20) if sample is None else count("sample", sample)
     if not assembly.held.any():
         raise InputError("nothing is held: a tilting test reads the reactions of the held blocks (the table)")
-    axis = tuple(np.cross((0.0, 0.0, 1.0), downhill).tolist())
+    axis = tuple(np.cross((0.0, 0.0, 1.0), downhill).tolist())  # about which the table turns
     scale = Scale.of(assembly, loads.dead)
     weight = float(assembly.weights[~assembly.fixed].sum())
     options = given(contacts, ContactOptions, "tilt_test")
@@ -272,7 +272,7 @@ def tilt_test(
 
 
 def _refuse_cut(history: History) -> None:
-    """End the test where the keyboard stopped a run: its largest ratio would be that of where it was cut off."""
+    """End the test where the keyboard stopped a run: its largest ratio means nothing."""
     if history.status == RunStatus.INTERRUPTED:
         raise KeyboardInterrupt("while a table settled or turned")
 
@@ -336,10 +336,11 @@ def _stopped(
     usual = DemSettings()
     # where the tangent is 1 the live load is as large as the dead one: the unit of this multiplier
     controls = Controls(
-        tolerance, max_steps=usual.max_steps, moved_limit=MOVED, equilibrium=usual.equilibrium, damping=LOADING,
-        unit=1.0, first=FIRST_INCREMENT,
+        tolerance=tolerance, max_steps=usual.max_steps, moved_limit=MOVED, equilibrium=usual.equilibrium,
+        damping=LOADING, unit=1.0, first=FIRST_INCREMENT,
     )
-    # a line through two noisy peaks may end far too low: no lower than half of what was read
+    # tangent to begin near: what the table read, extrapolated to rate 0. A line through two noisy peaks may end far too
+    # low: no lower than half of what was read
     read = min(runs[-1].peak, last_tangent)
     guess = min(read, max(_at_rate_zero(runs), 0.5 * read))
 

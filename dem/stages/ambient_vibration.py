@@ -99,7 +99,7 @@ def identify(
         raise InputError("the history has too few samples")
     step = float(np.median(gaps))
     even = np.abs(gaps - step) < _EVEN * step
-    # the longest stretch of equal gaps: the ends of stages are sampled too
+    # the longest stretch of equal gaps, as the ends of stages are sampled too: stretches begin and end at ``edges``
     edges = np.flatnonzero(np.diff(np.concatenate([[False], even, [False]]).astype(int)))
     first, last = max(zip(edges[::2], edges[1::2], strict=True), key=lambda e: e[1] - e[0])
     # sampled by time a run has few equal gaps in a row: they must be most of their stage

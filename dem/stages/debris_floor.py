@@ -24,38 +24,41 @@ class Floor:
     ----------
     assembly : where it stood before it moved
     dead : its dead loads [N, N m], shape (n, 6); where they have no sum nothing falls, and there is no floor
+
+    Attributes
+    ----------
+    up : unit vector against the dead loads, shape (3,)
+    margin : gap up to which blocks count as near [m]
+    level : height of the floor along ``up`` before the ground moves, with the margin added [m]
+    standing : whether each block is a support, which the ground carries, shape (n,)
+    reach : of every block from its centroid to its farthest corner [m], shape (n,)
     """
 
     def __init__(self, assembly: Assembly, dead: Array) -> None:
-        """Find up and the level of the floor.
-
-        Parameters
-        ----------
-        assembly : blocks in the reference pose
-        dead : dead loads of the blocks [N, N m], shape (n, 6): up is against their sum
-        """
+        """Find up and the level of the floor, with arguments as the class names them."""
         self.assembly, self.reach = assembly, reaches(assembly)
         total = dead[~assembly.fixed, :3].sum(axis=0)
         pulls = float(np.linalg.norm(total)) > _NO_SUM * float(np.abs(dead[:, :3]).sum())
         self.up = -total / np.linalg.norm(total) if pulls else np.array([0.0, 0.0, 1.0])
+        # a support is held along each axis that is about upright; the others do not matter
         held = assembly.held[:, :3] | (np.abs(self.up) < _UPRIGHT)
         self.standing, self.margin = held.all(axis=1), near_margin(assembly)
         vertices, start = assembly.vertices
         height = vertices @ self.up
-        low = np.minimum.reduceat(height, start[:-1])
-        self.level = float(low[self.standing].min(initial=np.inf)) + self.margin
-        # what hangs below its supports has a floor deeper down, a size of the structure below its lowest corner
+        lowest = np.minimum.reduceat(height, start[:-1])  # of every block
+        self.level = float(lowest[self.standing].min(initial=np.inf)) + self.margin
         if not pulls:
-            self.level = -np.inf
-        elif not low[~self.standing].min(initial=np.inf) > self.level:
-            self.level = float(low.min() - np.linalg.norm(np.ptp(vertices, axis=0))) + self.margin
+            self.level = -np.inf  # nothing falls
+        elif not lowest[~self.standing].min(initial=np.inf) > self.level:
+            # what hangs below its supports has a floor deeper down, a size of the structure below its lowest corner
+            self.level = float(lowest.min() - np.linalg.norm(np.ptp(vertices, axis=0))) + self.margin
 
     def landed(self, state: State) -> Index:
         """Numbers of blocks on the floor, up to the gap at which blocks count as near."""
         bodies, assembly = state.bodies, self.assembly
         rise = bodies.shift @ self.up
         ground = rise[self.standing].mean() if self.standing.any() else 0.0
-        # the floor against every centroid, upwards [m]: only blocks whose corners reach so far down can touch it
+        # height of the floor above every centroid [m]: only blocks whose corners reach so far down can touch it
         floor = self.level + ground - assembly.centroids @ self.up - rise
         vertices, start = assembly.vertices
         found = []

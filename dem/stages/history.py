@@ -131,7 +131,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         The file is whole, or the one that was there before. Samples that are in a store are not written to its own
         checkpoint again.
         """
-        own = self.store is not None and Path(path) == self.store.checkpoint
+        own = self.store is not None and Path(path) == self.store.checkpoint  # samples are in the store's files
         arrays: dict[str, Any] = {f"state.{k}": v for k, v in self.state.arrays().items()}
         arrays |= {f"scalar.{k}": v for k, v in self.scalars.items()}
         arrays |= {} if own else {k: getattr(self, k) for k in (*_ARRAYS, "tie_force")}
@@ -161,7 +161,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         InputError
             For an assembly with other blocks, interfaces or joint laws, and a file that lacks something, by name.
         """
-        folder = Path(path) if Path(path).is_dir() else None
+        folder = Path(path) if Path(path).is_dir() else None  # of a store, with samples in files of their own
         file = read_archive(path if folder is None else folder / CHECKPOINT)
         state = State.from_arrays(file.group("state"), path)
         check_continues(assembly, state, state.loads, options=None)
@@ -216,7 +216,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         return self.shift[:, self._column(block)]
 
     def _column(self, block: int | str) -> int:
-        """Where a block stands in ``shift`` and ``quaternion``."""
+        """Column of a block in ``shift`` and ``quaternion``, which may not hold all."""
         i = self.assembly.block_index(block)
         found = np.flatnonzero(self._blocks == i)
         if not len(found):

@@ -59,6 +59,18 @@ class Recorder:
     assembly, loads, stages, settings : of the run
     state : that the run changes
     store : folder in which samples are kept; None for memory
+
+    Attributes
+    ----------
+    cases : loads per case and block, as the kernel takes them [N, N m], shape (5, n, 6 or 15)
+    scale : what unbalanced forces and displacements are small against
+    blocks : numbers of the blocks whose reactions are recorded
+    recorded : numbers of those whose motion is
+    margin : gap up to which two blocks count as near [m]
+    reach : of every block from its centroid to its farthest corner [m], shape (n,)
+    every : most steps between two searches for contacts, None for no searches
+    watch : when contacts must be looked for
+    begun : energies and works at the beginning, by column [J]
     """
 
     def __init__(
@@ -119,9 +131,11 @@ class Recorder:
         self.blocks, self.notes, self.status = history.reaction_blocks, list(history.warnings), history.settings.status
         self.same = history.same
         self.samples.shapes["reaction"] = (len(self.blocks), 6)
+        # scalars are one column of the samples, all others have names of their own
         table = {"rows": np.column_stack([history.scalars[c] for c in COLUMNS])}
         self.samples.take_up(table | {k: getattr(history, k) for k in self.samples.columns if k not in table})
         self._beyond_noted = any("beyond small displacement" in note for note in self.notes)
+        # energies that the run began with, and the largest work since
         if history.position is not None:
             self.begun = dict(zip(self.begun, history.position.energy.tolist(), strict=True))
         applied, support = (np.abs(history.scalars[name] - self.begun[name]) for name in ("applied", "support"))
@@ -195,7 +209,7 @@ class Recorder:
         return bool(len(met))
 
     def _beyond(self) -> bool:
-        """Whether the first contacts may no longer be all there are.
+        """Whether blocks have moved so far that contacts may be others than the first.
 
         When that is seen first, it is noted.
         """
@@ -229,13 +243,14 @@ class Recorder:
         return beyond or bool((self.state.interface < 0).any())
 
     def steps_to_look(self) -> int:
-        """Steps until contacts must be looked after.
+        """Steps that may be taken before :meth:`look` must be asked again.
 
-        In between no corner may travel more than half the margin. Where contacts are searched for, see
-        ``resuming.Watch``, it is also ``every`` steps from the last search, or those until open edges are due.
+        No corner may travel more than half the margin in them. While contacts are searched for, see
+        ``resuming.Watch``, they end ``every`` steps after the last search too, and when open edges are due.
         """
         if self.every is None:
             return _NEVER
+        # way that is left to the fastest corner, and its way in a step [m]
         left = _LET * self.margin - self.watch.travelled
         step = travel_per_step(self.state, self.reach)
         steps = int(min(left / step, _NEVER)) if step > 0.0 else _NEVER
@@ -339,7 +354,7 @@ class Recorder:
             self._detect()
         worked = abs(row["applied"] - self.begun["applied"]) + abs(row["support"] - self.begun["support"])
         self.worked = max(self.worked, worked)
-        # all energy that could have become kinetic
+        # all energy that could have become kinetic, not quite zero as others are divided by it
         size = max(self.begun["kinetic"] + self.begun["elastic"] + self.worked, 1e-300)
         # energy from nowhere: what is stored, lost and in motion, less the work that brought it in
         created = sum((row[c] - self.begun[c]) * (-1.0 if c in ("applied", "support") else 1.0) for c in self.begun)

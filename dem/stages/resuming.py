@@ -159,10 +159,11 @@ def signature(assembly: Assembly, parts: Mapping[str, Iterable[NDArray[Any]]], *
     parts : arrays that the model is made of, by what they are; what the assembly knows by that name goes with them
     settings : of the run, by the names a user gave them
     """
-    out, whole = {}, dict(assembly.fingerprint.digests)
+    out, of_assembly = {}, dict(assembly.fingerprint.digests)
     for name, arrays in parts.items():
-        out[name] = digest(whole.pop(name, "").encode(), *(np.ascontiguousarray(v).tobytes() for v in arrays))
-    return out | whole | digests(**settings)
+        known = of_assembly.pop(name, "").encode()
+        out[name] = digest(known, *(np.ascontiguousarray(v).tobytes() for v in arrays))
+    return out | of_assembly | digests(**settings)
 
 
 def check_same(path: Path, now: Mapping[str, str]) -> None:
@@ -245,7 +246,7 @@ class Interrupt:
 def interrupts_wait() -> Iterator[Interrupt]:
     """Keep an interrupt from the keyboard until the chunk under way is complete.
 
-    So no state is torn.
+    So no state is torn. What is yielded says whether one has come.
     """
     waiting = Interrupt()
     # only the main thread may say what a signal does

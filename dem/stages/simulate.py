@@ -102,10 +102,10 @@ def simulate(
         assembly, stages, loads=loads, damping=damping, sample=sample, start=start, factors=factors,
         detect_every=detect_every, store=kept, **model,
     )
-    return _gone(run, progress=progress, checkpoint=checkpoint, every=checkpoint_every)
+    return _stepped(run, progress=progress, checkpoint=checkpoint, every=checkpoint_every)
 
 
-def _gone(
+def _stepped(
     run: StageRun, *, progress: Progress | None, checkpoint: str | Path | None, every: int
 ) -> History:
     """History of a run that was stepped to its end, with a checkpoint in its store.
@@ -146,7 +146,7 @@ def prepared(
         raise InputError("stages: give at least one, for example dem.Settle()")
     before = start.state if isinstance(start, History) else start
     # a state that has taken steps bears its loads already
-    notes = check_stages(todo, before is not None and before.time > 0.0)
+    notes = check_stages(todo, loaded=before is not None and before.time > 0.0)
     if damping is not None:
         instance("damping", damping, Damping)
     if not isinstance(sample, int | np.integer):
@@ -164,6 +164,7 @@ def prepared(
     else:
         state = before.copy()
         loads = loads if loads is not None else state.loads
+        # of the options of a state mode and joints may be given again if they are the same; any other is refused
         mode, law = chosen.pop("mode", state.mode), chosen.pop("joint_options", None)
         for name in chosen:
             raise InputError(f"{name} is part of the state to start from: leave it out, or make a new state")
@@ -181,7 +182,8 @@ def prepared(
     if not state.live.any() and any(isinstance(s, Ramp) for s in todo):
         raise InputError("a Ramp scales live loads, and there are none: give loads=lm.Loads.horizontal(assembly)")
     watch = start.settings.watch if isinstance(start, History) else None
-    settings = RunSettings(sample, damping, tuple(stage_as_text(s) for s in todo), detect_every, watch=watch)
+    texts = tuple(stage_as_text(s) for s in todo)
+    settings = RunSettings(sample=sample, damping=damping, stages=texts, detect_every=detect_every, watch=watch)
     recorder = Recorder(assembly, loads, state, todo, settings, store)
     recorder.notes += notes
     recorder.same = start.same if isinstance(start, History) else {}
@@ -213,11 +215,11 @@ def resume(
     """
     if history.position is None:
         raise InputError(f"the run is over ({history.status}): give simulate(start=history) further stages")
-    return _gone(taken_up(history, stages), progress=progress, checkpoint=checkpoint, every=checkpoint_every)
+    return _stepped(taken_up(history, stages), progress=progress, checkpoint=checkpoint, every=checkpoint_every)
 
 
 def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
-    """Run that stands where a history does in its ``stages``, see :func:`resume`.
+    """Run of ``stages`` that stands where a history of them does, see :func:`resume`.
 
     One that has ended stays so: a history without a position is over, and its status says how.
     """

@@ -16,7 +16,7 @@ SERVO_EVERY = 10
 
 
 def check_stages(stages: Sequence[Stage], loaded: bool) -> list[str]:
-    """Refuse what a stage may not be given; notes on records that end with velocity.
+    """Refuse wrong fields of stages, and note records that end with velocity.
 
     What is refused is told by stage and field.
 
@@ -92,9 +92,9 @@ def prescribed(assembly: Assembly, stages: Sequence[Stage]) -> Array:
         if isinstance(stage, Drive):
             rows.append(stage.twists(assembly)[0])
         elif isinstance(stage, BaseMotion):
-            rows.append(np.pad(stage.units, ((0, 0), (0, 3))))
+            rows.append(np.pad(stage.units, ((0, 0), (0, 3))))  # displacements of the ground, which does not turn
         elif isinstance(stage, Tilt):
-            rows.append(np.concatenate([np.zeros(3), stage.axis])[None])
+            rows.append(np.concatenate([np.zeros(3), stage.axis])[None])  # a turn of the table
     return np.concatenate(rows)
 
 

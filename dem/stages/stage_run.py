@@ -44,6 +44,19 @@ class StageRun:
     rec : with the stages, and the samples of a run that is taken up
     at : where it stood; None for one that begins
     ended : how it has ended already; None for one that goes on
+
+    Attributes
+    ----------
+    stage : in which it stands
+    at : where in that stage, with what counts from its beginning
+    sample : steps between samples, or time between them [s]
+    steps, duration : length of the stage: in steps, or None and then [s]
+    brake : damping of the stage
+    drives : twists that are prescribed, per unit of their factors, shape (d, n, 6)
+    own : row of ``drives`` from which on they are the stage's own, and not of ground that coasts
+    servos : jacks of the stage, whose twists are the last rows of ``drives``
+    calm : kinetic over elastic energy above which a drive stands still [-], None where it never does
+    pause : whether the stage is over and the next one not yet open
     """
 
     def __init__(self, rec: Recorder, at: Position | None, ended: RunStatus | None = None) -> None:
@@ -66,9 +79,9 @@ class StageRun:
         words = f"{type(self.stage).__name__.lower()}, stage {self.at.stage + 1} of {len(self.rec.stages)}"
         # of a Settle nobody knows how many steps it takes: it counts as none
         steps = [0.0 if isinstance(s, Settle) else self._steps_of(s) for s in self.rec.stages]
-        done = self.at.done / max(self.at.done + max(self._remaining(), 0), 1)
-        part = sum(steps[: self.at.stage]) + done * steps[self.at.stage]
-        return None if isinstance(self.stage, Settle) else part / max(sum(steps), 1.0), words
+        part_of_stage = self.at.done / max(self.at.done + max(self._remaining(), 0), 1)
+        done = sum(steps[: self.at.stage]) + part_of_stage * steps[self.at.stage]
+        return None if isinstance(self.stage, Settle) else done / max(sum(steps), 1.0), words
 
     def _steps_of(self, stage: Stage) -> float:
         """Steps of a stage at the present time step."""
@@ -265,7 +278,7 @@ class StageRun:
         return max(1, int(np.ceil(ahead / self.rec.state.dt - _WHOLE)))
 
     def _chunk(self) -> tuple[int, bool]:
-        """Steps of the next chunk, and whether the drive waits for calm in it.
+        """Steps of the next chunk, and whether the drive stands still for calm in it.
 
         A chunk ends with the next sample, the stage, a search for contacts, or where a jack or calm must be looked at.
         """
@@ -321,9 +334,9 @@ class StageRun:
         rec, at, stage = self.rec, self.at, self.stage
         over = False
         if isinstance(stage, Settle):
-            # what jacks lack counts too, over the mean load of a block
-            off = max((abs(servo.lacking(rec.state)) for servo in self.servos), default=0.0)
-            worst = max(sampled["unbalanced force"], sampled["unbalanced moment"], off / rec.scale.force)
+            # what jacks lack counts too, divided by the mean load of a block
+            lack = max((abs(servo.lacking(rec.state)) for servo in self.servos), default=0.0)
+            worst = max(sampled["unbalanced force"], sampled["unbalanced moment"], lack / rec.scale.force)
             at.quiet = at.quiet + 1 if worst < stage.tolerance else 0
             over = at.quiet >= _QUIET and at.done >= stage.gently
             at.outcome = RunStatus.FINISHED if over else at.outcome
@@ -360,7 +373,8 @@ class _Jack:
         ----------
         assembly, state : the blocks, and where they are
         block, servo : on which it stands, and the push that it is to give
-        learnt : gain over stiffness [m/N], 0 where the jack begins, and summed lack [N], changed as it learns; (2,)
+        learnt : how far the jack moves per newton that is lacking [m/N], 0 where it begins, and the lack summed over
+            the steps so far [N], changed as it learns; shape (2,)
         """
         self.block, self.force, self.gain = assembly.block_index(block), servo.force, servo.gain
         stiffness = block_stiffness(state.points, state.joints, assembly.n_blocks, ties=state.ties)[self.block, 2, 2]
@@ -368,7 +382,7 @@ class _Jack:
             raise InputError(f"servo on block {block!r}: no joint of it carries a vertical force")
         self.learnt = learnt
         if not learnt[0] > 0.0:
-            learnt[0] = servo.gain / stiffness
+            learnt[0] = servo.gain / stiffness  # as the block's own joints give
 
     def lacking(self, state: State) -> float:
         """Force wanted less the push of the last step of ``state`` [N], both downwards."""
@@ -376,8 +390,8 @@ class _Jack:
 
     def velocity(self, state: State, steps: int) -> float:
         """Downward velocity for the next ``steps`` [m/s], by the rule of ``Servo``."""
-        off = self.lacking(state)
+        lack = self.lacking(state)
         # out of contact all of the force is lacking, and there is nothing to learn a speed from
-        self.learnt[1] = self.learnt[1] + steps * off if off < self.force else 0.0
-        give, lacked = self.learnt.tolist()
-        return float(give * (off + _SUMMED * self.gain * lacked) / state.dt)
+        self.learnt[1] = self.learnt[1] + steps * lack if lack < self.force else 0.0
+        per_newton, lacked = self.learnt.tolist()
+        return float(per_newton * (lack + _SUMMED * self.gain * lacked) / state.dt)

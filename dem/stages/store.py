@@ -119,12 +119,13 @@ class StoredSamples(Samples):
         InputError
             For a folder that lacks something, by name.
         """
-        layout = Path(folder) / LAYOUT
+        layout = Path(folder) / LAYOUT  # names of the columns with the shapes of their entries
         if not layout.exists():
             raise InputError(f"{folder} lacks {LAYOUT!r}: no run was stored there")
         shapes = json.loads(read_text(layout))["columns"]
         out = cls(folder, {name: tuple(shape) for name, shape in shapes.items()}, count)
         for name in out.shapes:
+            # a file may be longer than that: a run that was killed wrote on after its last checkpoint
             file, size = out._file(name), count * out._row(name)
             if size and (not file.exists() or file.stat().st_size < size):
                 raise InputError(f"{file} is shorter than the {count} samples of the run: it was cut short")

@@ -85,6 +85,7 @@ def make_model(
     law = np.ascontiguousarray(laws[interface])
     soft = bool((law[:, [LAW.by_opening, LAW.by_slip, *range(len(LAW), LAW_SIZE)]] > 0.0).any())
     n = len(mesh.place)
+    # number among the rigid blocks of the one that carries each node, -1 for a node of a zone
     body = np.full(n, -1, dtype=np.int64)
     for b, block in enumerate(np.flatnonzero(mesh.rigid)):
         body[mesh.block == block] = b
@@ -111,14 +112,14 @@ def _rigid_blocks(assembly: Assembly, rigid: Flags, body: Index) -> Rigid:
     rigid : whether a block is rigid, shape (n_blocks,)
     body : number among the rigid blocks of the one that carries each node, -1 for a node of a zone, shape (n,)
     """
-    numbers, own = np.flatnonzero(rigid), np.flatnonzero(body >= 0).astype(np.int64)
+    numbers, carried = np.flatnonzero(rigid), np.flatnonzero(body >= 0).astype(np.int64)
     nb = len(numbers)
-    flat = np.zeros((nb, 3))
-    held = assembly.held[numbers][:, [0, 2, 4]]
+    zero = np.zeros((nb, 3))
+    held = assembly.held[numbers][:, AXES]
     return Rigid(
-        centre=assembly.centroids[numbers][:, [0, 2]].copy(), shift=flat, velocity=flat.copy(), mass=np.ones((nb, 3)),
-        load=flat.copy(), arms=np.zeros((nb, 2, 2)), held=held.copy(), drive=flat.copy(), before=flat.copy(),
-        net=flat.copy(), total=flat.copy(), node=own,
+        centre=assembly.centroids[numbers][:, [0, 2]].copy(), shift=zero, velocity=zero.copy(), mass=np.ones((nb, 3)),
+        load=zero.copy(), arms=np.zeros((nb, 2, 2)), held=held.copy(), drive=zero.copy(), before=zero.copy(),
+        net=zero.copy(), total=zero.copy(), node=carried,
     )
 
 
@@ -139,9 +140,11 @@ def make_zones(
     """
     arms = place[cells] - place[cells].mean(axis=1, keepdims=True)
     size = np.abs(arms).max(axis=(1, 2))
+    # materials that are used, and the row of each zone's among them
     known = {id(m): m for m in materials if m is not None}
     row = np.array([list(known).index(id(m)) for m in materials], dtype=np.int64)
-    # zones are of one kind if size and form agree to nine digits, and thickness and material are the same
+    # zones are of one kind if size and form agree to nine digits, and thickness and material are the same. All of
+    # these numbers are columns of ``key``
     form = np.round(arms / (ALIKE * size[:, None, None])).reshape(len(cells), -1)
     key = np.column_stack([[float(f"{s:.9e}") for s in size], form, thickness, row])
     _, first, kind = np.unique(key, axis=0, return_index=True, return_inverse=True)
@@ -193,7 +196,7 @@ def set_loads(model: ZonedModel, loads: Loads) -> None:
     centroid = model.assembly.centroids[:, [0, 2]]
     number = {int(block): b for b, block in enumerate(np.flatnonzero(mesh.rigid))}
     arms = loads.dead_arms[:, [0, 2]][:, :, [0, 2]]
-    wrench = loads.dead[:, AXES] * SENSE
+    wrench = loads.dead[:, AXES] * SENSE  # x, z and moment from x to z
     for block in range(model.assembly.n_blocks):
         if mesh.rigid[block]:
             rigid.load[number[block]], rigid.arms[number[block]] = wrench[block], arms[block]
@@ -229,8 +232,8 @@ def _scale_masses(model: ZonedModel) -> None:
     mass = stable_masses(free_stiffness(model), len(free))
     nodes.mass[free] = mass[: 2 * len(free) : 2]
     rigid.mass[~rigid.held] = mass[2 * len(free) :]
-    # a smooth level joint is stiff across as soon as its block tilts a little: all directions as the stiffest one, and
-    # 1 where all are held
+    # a smooth level joint is stiff across as soon as its block tilts a little: all directions as the stiffest one. It
+    # is 1 where all are held; displacements and turns are taken apart
     for part in (slice(0, 2), slice(2, None)):
         most = np.where(rigid.held[:, part], 0.0, rigid.mass[:, part]).max(axis=1, initial=0.0)
         rigid.mass[:, part] = np.where(most > 0.0, most, 1.0)[:, None]

@@ -33,13 +33,13 @@ def make_sides(mesh: ZoneMesh) -> Sides:
 
 
 def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid | None) -> tuple[SideContacts, Index]:
-    """Contact points of all joints that touch a block not held, and the interface of each row of the law.
+    """Contact points of all joints that touch a block not held, in the plane.
 
     Parameters
     ----------
     mesh, sides : nodes of the blocks, and the chains of them along every side
     grid : as in the rigid DEM, at its places and with its areas; None puts points no further apart than the zones'
-        edges, with tributary areas by halves: what zones under a uniform stress ask for
+        edges. Each then has half of the joint to its neighbour on either side: what zones under even stress ask for
 
     Returns
     -------
@@ -54,10 +54,11 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
     x = assembly.arrays
     found = None if grid is None else make_points(assembly, grid, "grid")
     interfaces = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))
-    position, area = [], []
+    position, area = [], []  # of the points of every interface: x and z [m], shape (points, 2), and [m2]
     for k in interfaces.tolist():
         _check_plane(assembly, k)
         if found is None:
+            # the joint is a line in the plane: its direction, and where along that its corners lie
             corners = x.corners[x.corner_start[k] : x.corner_start[k + 1]][:, [0, 2]]
             direction = np.array([-x.normal[k, 2], x.normal[k, 0]])
             ends = (corners - corners.mean(axis=0)) @ direction
@@ -79,23 +80,27 @@ def make_contacts(assembly: Assembly, mesh: ZoneMesh, sides: Sides, grid: Grid |
             area.append(np.bincount(number.ravel(), found.area[rows]))
     row = np.repeat(np.arange(len(interfaces)), [len(part) for part in area])
     m = len(row)
+    # fields of SideContacts
     side, segment, arc = np.zeros(m, np.int64), np.zeros(m, np.int64), np.zeros(m)
     node, share, gap = np.zeros((m, 2), np.int64), np.zeros(m), np.zeros(m)
     for k, place in enumerate(np.concatenate(position)):
         i = assembly.interfaces[interfaces[row[k]]]
         normal = np.asarray(i.normal)[[0, 2]]
         side[k], segment[k], _ = _nearest(mesh, sides, i.block_a, normal, place)
-        _, two, share[k] = _nearest(mesh, sides, i.block_b, -normal, place)
-        node[k] = sides.node[two : two + 2]
+        # a point is a place between two nodes of b
+        _, at_b, share[k] = _nearest(mesh, sides, i.block_b, -normal, place)
+        node[k] = sides.node[at_b : at_b + 2]
         on_b = (1.0 - share[k]) * mesh.place[node[k, 0]] + share[k] * mesh.place[node[k, 1]]
-        o, e = mesh.place[sides.node[segment[k] : segment[k] + 2]]
-        t = (e - o) / np.linalg.norm(e - o)
-        arc[k] = sides.arc[segment[k]] + (on_b - o) @ t
-        # faces that touch within the tolerance meet where the model is made
-        gap[k] = -((on_b - o) @ np.array([t[1], -t[0]]))
-    plastic = (np.zeros(m) for _ in range(5))  # slip, lift, damage, and opening and slip of the last step
+        # and lies on the segment of a from node ``begin`` to node ``end``, whose normal is (t_z, -t_x)
+        begin, end = mesh.place[sides.node[segment[k] : segment[k] + 2]]
+        t = (end - begin) / np.linalg.norm(end - begin)
+        arc[k] = sides.arc[segment[k]] + (on_b - begin) @ t
+        # faces that touch within the tolerance count as touching: their distance is taken from the opening
+        gap[k] = -((on_b - begin) @ np.array([t[1], -t[0]]))
     contacts = SideContacts(
-        row.astype(np.int64), side, segment, arc, node, share, np.concatenate(area), gap, *plastic
+        joint=row.astype(np.int64), side=side, segment=segment, arc=arc, node=node, share=share,
+        area=np.concatenate(area), gap=gap, slip=np.zeros(m), lift=np.zeros(m), damage=np.zeros(m),
+        opening=np.zeros(m), along=np.zeros(m),
     )
     return contacts, interfaces.astype(np.int64)
 

@@ -42,9 +42,9 @@ class ZoneTables(NamedTuple):
 
 
 def shape_values(local: Array) -> Array:
-    """Bilinear shape functions of the four nodes at places in the reference square, shape (..., 4).
+    """Bilinear shape functions of the reference square's four nodes, shape (..., 4).
 
-    ``local`` are the places, coordinates from -1 to 1, shape (..., 2).
+    They are taken at places ``local``, coordinates from -1 to 1, shape (..., 2).
     """
     return np.asarray(np.prod(1.0 + local[..., None, :] * SQUARE, axis=-1) / 4)
 
@@ -90,7 +90,7 @@ def zone_tables(corners: Array, thickness: float, elastic: Array) -> ZoneTables:
     points, first = SQUARE / np.sqrt(3.0), shape_gradients(np.zeros(2))
     jac0 = first @ corners
     det0, inv0 = np.linalg.det(jac0), np.linalg.inv(jac0)
-    b, g, w = [], [], np.zeros(len(corners))
+    b, g, w = [], [], np.zeros(len(corners))  # B, G and volume at every stress point
     for k, place in enumerate(points):
         local = shape_gradients(place)
         jac = local @ corners
@@ -102,9 +102,9 @@ def zone_tables(corners: Array, thickness: float, elastic: Array) -> ZoneTables:
         # the factor stands decides the last bit of a zone, on which a brittle run hangs
         g.append(strain_rows(det0 / det * inv0 * -place))
         w[k] = det * thickness
-    law, gs, bs = elastic[: len(b[0])], np.stack(g), np.stack(b)
-    # enhanced modes a are condensed: K = K_uu - K_ua K_aa^-1 K_au, with strains B less G K_aa^-1 K_au
-    # weight k, strain components i and j, modes or freedoms p and q
+    law, gs, bs = elastic[: len(b[0])], np.stack(g), np.stack(b)  # D of the stresses in the plane
+    # enhanced modes a are condensed: K = sum w Bt^T D Bt with strains Bt = B - G K_aa^-1 K_au. There
+    # K_aa = sum w G^T D G and K_au = sum w G^T D B. Stress point k, strain components i and j, modes or freedoms p, q
     kaa = np.einsum("k,kip,ij,kjq->pq", w, gs, law, gs)
     kau = np.einsum("k,kip,ij,kjq->pq", w, gs, law, bs)
     inverse = np.linalg.inv(kaa)

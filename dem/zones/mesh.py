@@ -70,7 +70,11 @@ class ZoneMesh:
 
 
 def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
-    """Outline in x-z and thickness of block ``number`` of an assembly, a convex prism along y.
+    """Outline in x-z and thickness of a block, a convex prism along y.
+
+    Parameters
+    ----------
+    number : of the block in the assembly
 
     Returns
     -------
@@ -88,6 +92,7 @@ def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
             f"block {block.name!r} is concave ({len(block.parts)} convex pieces): a zoned block must be convex; make "
             "it several blocks with a strong joint between them, or leave it rigid by fixing it"
         )
+    # all corners in two planes across y, and at the same places x, z in both
     v = block.parts[0].vertices
     low, high = v[:, 1].min(), v[:, 1].max()
     size = float(np.ptp(v, axis=0).max())
@@ -106,7 +111,7 @@ def outline_of(assembly: Assembly, number: int) -> tuple[Array, float]:
 
 
 def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -> ZoneMesh:
-    """Cut the blocks that have a material, and are neither held nor ``stiff``, into zones.
+    """Cut the blocks that have a material and are neither held nor stiff into zones.
 
     A quadrilateral block is cut by lines that join points at equal parts of opposite sides; another convex one first
     into quadrilaterals from its centroid to the middles of its sides.
@@ -166,7 +171,7 @@ def make_mesh(assembly: Assembly, zone_size: float, stiff: Iterable[int] = ()) -
 
 
 def _parts(length: float, size: float) -> int:
-    """Least number of equal parts of a ``length`` no longer than ``size``, both in [m]."""
+    """Least number of equal parts no longer than ``size`` of a ``length``, both [m]."""
     return max(int(np.ceil(length / size - _WHOLE)), 1)
 
 
@@ -204,11 +209,11 @@ def _cut(outline: Array, edges: Array, size: float) -> tuple[Array, Index, list[
         cells_of.append(cells + i * len(nodes))
         nodes_of.append(nodes)
     raw, cells = np.concatenate(nodes_of), np.concatenate(cells_of)
-    # one node where patches meet
+    # one node where patches meet: nodes at one place, once rounded, get one ``number``
     key = np.round((raw - raw.min(axis=0)) / (_ONE_NODE * edges.max())).astype(np.int64)
     _, first, number = np.unique(key, axis=0, return_index=True, return_inverse=True)
     number = number.ravel()
-    grid = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    grid = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)  # nodes of a patch before that
     step = (n + 1) ** 2
     # a side runs along the first side of its first corner's patch, then along the last of the next corner's
     chains = [
@@ -218,7 +223,7 @@ def _cut(outline: Array, edges: Array, size: float) -> tuple[Array, Index, list[
 
 
 def _patch(corners: Array, n: int, m: int) -> tuple[Array, Index]:
-    """Nodes and zones of a quadrilateral cut into n by m, row by row from its first side.
+    """Nodes and zones of a quadrilateral cut into n by m, from its first side on.
 
     Parameters
     ----------

@@ -90,9 +90,10 @@ def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: 
 
 
 def refuse_explosion(model: ZonedModel) -> None:
-    """Refuse a state in which energy appears from nowhere: loads read from it would mean nothing.
+    """Refuse a state in which energy appears from nowhere.
 
-    Kinetic energy is asked first: a model that explodes flies apart, and reading elastic energy costs a sweep.
+    Loads read from it would mean nothing. Kinetic energy is asked first: a model that explodes flies apart, and reading
+    elastic energy costs as much as a step.
 
     Raises
     ------
@@ -122,10 +123,11 @@ def read(model: ZonedModel) -> Reading:
 
 
 def unbalance(model: ZonedModel) -> float:
-    """Largest unbalanced force of a model over the applied one [-], of free nodes and of rigid blocks.
+    """Largest unbalanced force of a model, divided by the applied force [-].
 
-    At a node it is over the mean applied force per free node, as each bears a small part of the load. At a rigid block,
-    which may bear all of it, it is over the sum. A structure without loads is measured by the reactions of its drive.
+    At a free node it is divided by the mean applied force per free node, as each bears a small part of the load. At a
+    rigid block, which may bear all of it, it is divided by the sum. A structure without loads is measured by the
+    reactions of its drive.
     """
     nodes, rigid = model.nodes, model.rigid
     free = nodes.body < 0
@@ -133,9 +135,9 @@ def unbalance(model: ZonedModel) -> float:
     applied += float(np.linalg.norm(rigid.load[:, :2], axis=1).sum())
     driven = float(np.abs(rigid.net[rigid.held]).max(initial=0.0))
     applied = max(applied, driven, 1e-300)
-    moving = np.where(rigid.held, 0.0, rigid.net)[:, :2]
-    node = float(np.abs(nodes.force[free]).max(initial=0.0)) / (applied / max(int(free.sum()), 1))
-    return max(node, float(np.abs(moving).max(initial=0.0)) / applied)
+    on_blocks = np.where(rigid.held, 0.0, rigid.net)[:, :2]
+    at_node = float(np.abs(nodes.force[free]).max(initial=0.0)) / (applied / max(int(free.sum()), 1))
+    return max(at_node, float(np.abs(on_blocks).max(initial=0.0)) / applied)
 
 
 MOST_STEPS = 200_000
@@ -148,9 +150,8 @@ RAMP = 20
 def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_STEPS) -> bool:
     """Bring the loads on and run until the unbalance is below a tolerance.
 
-    False if that takes too many steps.
-
-    Loads come in :data:`RAMP` parts over two of the slowest swings, at most a quarter of the steps.
+    Loads come in :data:`RAMP` parts over two of the slowest swings, at most a quarter of the steps. What is returned is
+    whether the model has settled, False where that takes too many steps.
 
     Parameters
     ----------
@@ -160,6 +161,7 @@ def settle(model: ZonedModel, tolerance: float = SETTLED, max_steps: int = MOST_
     """
     acting = model.nodes.load, model.rigid.load, model.rigid.arms
     whole = [x.copy() for x in acting]
+    # steps under each part of the loads
     part = int(np.clip(SWINGS * slowest_period(model), LEAST_STEPS, max_steps // LONGEST)) // RAMP
     for k in range(1, RAMP + 1):
         for x, full in zip(acting, whole, strict=True):
@@ -188,7 +190,9 @@ def drive(model: ZonedModel, velocity: Array, held: Flags) -> None:
 
 
 def energy_error(model: ZonedModel, at_start: float = 0.0) -> float:
-    """Work of loads and supports less what is stored, lost and in motion, over that work [-].
+    """Work less what is stored, lost and in motion, divided by the work [-].
+
+    It is the work of loads and supports since the first step.
 
     Parameters
     ----------

@@ -95,7 +95,7 @@ class ZonedModel:
 
 
 def free_stiffness(model: ZonedModel) -> sparse.csr_matrix:
-    """Elastic stiffness of a model over the free unknowns of :func:`freedoms`, shape (n, n)."""
+    """Elastic stiffness of a model by the unknowns of :func:`freedoms`, (free, free)."""
     reach = freedoms(model)
     return sparse.csr_matrix(reach.T @ stiffness(model) @ reach)
 
@@ -114,15 +114,16 @@ def stiffness(model: ZonedModel) -> sparse.csr_matrix:
     b, size = contact_matrix(model), 2 * len(model.nodes.place)
     law = model.law[contacts.joint]
     stiff = law[:, [LAW.kn, LAW.ks]] * contacts.area[:, None]
-    whole = sparse.csr_matrix((k.ravel(), (rows, cols)), (size, size))
-    return (whole + b.T @ sparse.diags(stiff.ravel()) @ b).tocsr()
+    of_zones = sparse.csr_matrix((k.ravel(), (rows, cols)), (size, size))
+    # of joints B^T (k A) B, B giving opening and slip of every point, k being kn and ks
+    return (of_zones + b.T @ sparse.diags(stiff.ravel()) @ b).tocsr()
 
 
 def contact_matrix(model: ZonedModel) -> sparse.csr_matrix:
-    """Opening and slip of every contact point from displacements of all nodes, shape (2 m, 2 n).
+    """Matrix that gives opening and slip of contact points by displacements of nodes.
 
-    Rows are opening and slip of one point after another, columns x and z of one node after another. A point lies
-    between two nodes of block b and two of block a, which move it by their shares.
+    Its shape is (2 m, 2 n). Rows are opening and slip of one point after another, columns x and z of one node after
+    another. A point lies between two nodes of block b and two of block a, which move it by their shares.
     """
     c, side, place = model.contacts, model.sides, model.nodes.place
     i, j = side.node[c.segment], side.node[c.segment + 1]
@@ -134,7 +135,7 @@ def contact_matrix(model: ZonedModel) -> sparse.csr_matrix:
     node = np.stack([c.node[:, 0], c.node[:, 1], i, j])
     # displacement of the point on b less that on a: shares of b add to one, those of a to minus one
     share = np.stack([1.0 - c.share, c.share, along - 1.0, -along])
-    # of (axis, node, point, x or z): one entry each
+    # one entry for each (axis, node, point, x or z): share of the node times component of the axis
     data = share[None, :, :, None] * axes[:, None]
     row = (2 * np.arange(len(t)) + np.arange(2)[:, None])[:, None, :, None]
     column = (2 * node[:, :, None] + np.arange(2))[None]
@@ -203,9 +204,9 @@ def largest_eigenvalue(k: sparse.csr_matrix, mass: Array) -> float:
 
 
 def slowest_period(model: ZonedModel) -> float:
-    """Steps of the slowest swing of a model with closed, elastic joints on the masses as they are.
+    """Steps of the slowest swing of a model with closed, elastic joints.
 
-    It is 2 pi / omega of the smallest eigenvalue of M^-1 K, sought from just below zero.
+    It is 2 pi / omega with omega^2 the smallest eigenvalue of M^-1 K, masses as they are, sought from just below zero.
     """
     free = np.flatnonzero(model.nodes.body < 0)
     mass = np.concatenate([np.repeat(model.nodes.mass[free], 2), model.rigid.mass[~model.rigid.held]])

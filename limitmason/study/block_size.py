@@ -94,8 +94,8 @@ def block_size_study(
         arguments = dict(build)
         if "unit" not in arguments and unit is None:
             raise InputError("the wall's arguments name no unit")
-        own = arguments.pop("unit", None)
-        unit = own if unit is None else unit
+        wall_unit = arguments.pop("unit", None)
+        unit = wall_unit if unit is None else unit
         # the height of the wall stays, in metres: courses of the reference unit would be others of a larger one
         _, tall, _ = unit_size(unit)
         arguments["height"] = tall * courses_from(arguments.get("height"), arguments.pop("courses", None), tall)
@@ -105,8 +105,9 @@ def block_size_study(
     by_method = _sizes_by_method(sizes, methods)
     methods = tuple(by_method)
     chosen = options_by_method(methods, options)
-    by_method[MONOLITH] = sorted({s for own in by_method.values() for s in own})
-    jobs = [{"vary": vary, "method": m, "size": s} for m, own in by_method.items() for s in own]
+    # the structure in one piece at every size that any method has, by mechanisms
+    by_method[MONOLITH] = sorted({s for its_sizes in by_method.values() for s in its_sizes})
+    jobs = [{"vary": vary, "method": m, "size": s} for m, its_sizes in by_method.items() for s in its_sizes]
     for size in by_method[MONOLITH]:  # a size that is wrong is refused before any run
         scaled_unit(unit, size, vary)
     chosen[MONOLITH] = {"include": _PIECES}
@@ -117,11 +118,11 @@ def block_size_study(
     )
     rows = []
     for method in (*methods, MONOLITH):
-        own = sorted((r for r in table if r["method"] == method), key=lambda r: r["size"])
-        reference = next((r["multiplier"] for r in own if r["size"] == 1.0), np.nan)
-        if method != MONOLITH and vary == IN_PLANE and len(own) > 1:
-            own.insert(0, _extrapolated(own[0], own[1]))
-        rows += [{**r, "ratio": r["multiplier"] / reference if reference else np.nan} for r in own]
+        of_method = sorted((r for r in table if r["method"] == method), key=lambda r: r["size"])
+        reference = next((r["multiplier"] for r in of_method if r["size"] == 1.0), np.nan)
+        if method != MONOLITH and vary == IN_PLANE and len(of_method) > 1:
+            of_method.insert(0, _extrapolated(of_method[0], of_method[1]))
+        rows += [{**r, "ratio": r["multiplier"] / reference if reference else np.nan} for r in of_method]
     return Table(tuple(rows), table.units)
 
 
@@ -145,7 +146,10 @@ def _sizes_by_method(
 
 
 def _wall(arguments: Mapping[str, Any], direction: tuple[float, float, float], unit: Unit) -> tuple[Assembly, Loads]:
-    """Wall of units (length, height, thickness) [m] by its other arguments, with its weight live in a direction."""
+    """Wall of units (length, height, thickness) [m], and its weight as live load.
+
+    ``arguments`` are the others of the wall, ``direction`` is that of the live load.
+    """
     built = wall(unit=unit, **arguments)
     return built, Loads.horizontal(built, direction)
 

@@ -83,8 +83,9 @@ def dilatancy_study(
     table = sweep(run, points, key=key, **runs, units={"psi": "deg", "change": "%"})
     rows = []
     for row in table:
-        own = {r["share"]: r["multiplier"] for r in table if r["method"] == row["method"]}
-        at_zero, at_phi = own.get(0.0, np.nan), own.get(1.0, np.nan)
+        # multipliers of the same method by its shares psi / phi
+        by_share = {r["share"]: r["multiplier"] for r in table if r["method"] == row["method"]}
+        at_zero, at_phi = by_share.get(0.0, np.nan), by_share.get(1.0, np.nan)
         ratio = row["multiplier"] / at_phi if at_phi else np.nan
         change = 100.0 * abs(at_zero - row["multiplier"]) / at_zero if at_zero else np.nan
         rows.append({**row, "ratio": ratio, "change": change})

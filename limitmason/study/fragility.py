@@ -59,7 +59,7 @@ class Fragility(ReadOnly):
         return np.asarray(stats.norm.cdf(self.coefficients[0] + self.coefficients[1] * u))
 
     def band(self, at: ArrayLike) -> tuple[Array, Array]:
-        """Interval of the probability of failure at each intensity by itself [-], low and high."""
+        """Low and high end of the probability of failure at each intensity [-]."""
         u = _logarithm(at)
         c = self.covariance
         probit = self.coefficients[0] + self.coefficients[1] * u
@@ -149,12 +149,14 @@ def _logarithm(at: ArrayLike) -> Array:
 
 
 def _quantile(level: float) -> float:
-    """Number of standard errors to either end of an interval of a confidence level [-]."""
+    """Standard errors from the middle to either end of a two-sided interval [-]."""
     return float(stats.norm.ppf(0.5 * (1.0 + level)))
 
 
 def _probit(u: Array, fell: Array) -> tuple[Array, Array]:
-    """Coefficients of the probit a + b u of largest likelihood and their covariance, by Fisher scoring.
+    """Coefficients a, b of the probit a + b u of largest likelihood, and covariance.
+
+    Fisher scoring: steps by the information expected, shapes (2,) and (2, 2).
 
     Parameters
     ----------
@@ -164,6 +166,7 @@ def _probit(u: Array, fell: Array) -> tuple[Array, Array]:
     # in standard units both coefficients are near 1 and nearly independent: steps are short, no digits are lost
     centre, spread = u.mean(), u.std()
     rows = np.column_stack([np.ones(len(u)), (u - centre) / spread])
+    # begin as if the intensity did not matter
     now = np.array([stats.norm.ppf(fell.mean()), 0.0])
     for _ in range(ROUNDS):
         # far out the density underflows to zero, and the information would be singular
@@ -171,20 +174,22 @@ def _probit(u: Array, fell: Array) -> tuple[Array, Array]:
         log_density = stats.norm.logpdf(probit)
         # d ln L / d probit of those that fell and those that stood
         up, down = np.exp(log_density - stats.norm.logcdf(probit)), np.exp(log_density - stats.norm.logsf(probit))
+        # step = I^-1 d ln L / d coefficients, cut to the longest allowed
         information = (rows * (up * down)[:, None]).T @ rows
         step = np.linalg.solve(information, rows.T @ np.where(fell, up, -down))
         now = now + step * min(1.0, _LONGEST / float(np.abs(step).max() + 1e-300))
         if np.abs(step).max() <= _SETTLED * (1.0 + np.abs(now).max()):
-            # from standard units to those of u
+            # from standard units to those of u: a + b (u - centre) / spread
             back = np.array([[1.0, -centre / spread], [0.0, 1.0 / spread]])
             return back @ now, back @ np.linalg.inv(information) @ back.T
     raise NotConverged("the likelihood of the fragility curve was not maximised: its runs hardly overlap")
 
 
 def _median_interval(coefficients: Array, covariance: Array, z: float) -> tuple[float, float]:
-    """Intensities at which |a + b u| stays within z standard errors: 0 and infinite where the slope is not told.
+    """Lowest and highest intensity at which |a + b u| stays within z standard errors.
 
-    The ends are the roots of (a + b u)^2 = z^2 (c_aa + 2 c_ab u + c_bb u^2), u the logarithm of the intensity.
+    The ends are the roots of (a + b u)^2 = z^2 (c_aa + 2 c_ab u + c_bb u^2), u the logarithm of the intensity. They are
+    0 and infinite where the slope b may be zero.
 
     Parameters
     ----------
@@ -193,6 +198,7 @@ def _median_interval(coefficients: Array, covariance: Array, z: float) -> tuple[
     z : number of standard errors
     """
     (a, b), c = coefficients, covariance
+    # square u^2 + 2 middle u + rest = 0
     square, middle, rest = b * b - z * z * c[1, 1], a * b - z * z * c[0, 1], a * a - z * z * c[0, 0]
     if not square > 0.0:  # the slope may be zero: every intensity is possible
         return 0.0, np.inf

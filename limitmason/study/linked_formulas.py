@@ -25,11 +25,16 @@ FUNCTIONS: Mapping[str, Callable[[Any], Any]] = {
 
 
 class LinkedFormulas:
-    """Formulas of quantities by name, evaluated in an order in which each finds what it needs.
+    """Formulas of quantities by name, worked out one after the other as each needs it.
 
     Parameters
     ----------
     formulas : text by the name of what it gives: numbers, names, + - * / **, parentheses and ``FUNCTIONS``
+
+    Attributes
+    ----------
+    needs : names that the formulas need and none of them gives
+    order : names of the formulas, each behind those that it needs
 
     Raises
     ------
@@ -43,6 +48,7 @@ class LinkedFormulas:
         self._trees = {name: _parsed(name, text) for name, text in self.formulas.items()}
         needs = {name: self.direct(name) for name in self._trees}
         self.needs = frozenset(set().union(*needs.values()) - set(needs))
+        # in each round the formulas whose needs are all worked out before them, or given
         self.order: list[str] = []
         while len(self.order) < len(needs):
             ready = [n for n in needs if n not in self.order and not (needs[n] & set(needs)) - set(self.order)]
@@ -107,7 +113,7 @@ LARGEST = 1e300
 
 
 def _parsed(name: str, text: str) -> ast.Expression:
-    """Tree of a formula that holds numbers, names, signs and known functions alone.
+    """Syntax tree of a formula of numbers, names, signs and known functions alone.
 
     ``name`` is that of the quantity, for messages. A ``text`` is refused that Python could run but that is no formula.
     """
@@ -117,6 +123,7 @@ def _parsed(name: str, text: str) -> ast.Expression:
         tree = ast.parse(text, mode="eval")
     except (SyntaxError, TypeError, ValueError, RecursionError, MemoryError):
         raise InputError(f"the tie of {name!r} is no formula: {text!r}") from None
+    # every node of the tree must be of a kind that :func:`_value` can work out
     for node in ast.walk(tree):
         fine = (
             isinstance(node, ast.Expression | ast.Name | ast.Load)
@@ -136,7 +143,10 @@ def _parsed(name: str, text: str) -> ast.Expression:
 
 
 def _value(node: ast.AST, values: Mapping[str, Any]) -> Any:
-    """Value of a checked formula, ``node``, at ``values``, numbers or arrays by name."""
+    """Value of a formula that :func:`_parsed` has let through, from its ``node`` down.
+
+    ``values`` are numbers or arrays by name.
+    """
     if isinstance(node, ast.BinOp):
         return _BINARY[type(node.op)](_value(node.left, values), _value(node.right, values))
     if isinstance(node, ast.UnaryOp):

@@ -108,7 +108,8 @@ class Memo:
 
         Yields
         ------
-        key, kept : of computed jobs alone, in the order in which they end; those that were kept before are in the memo
+        key, kept : of computed jobs alone, in the order in which they end; those that were kept before are in the memo.
+            A job that stops :class:`Unfinished` is not kept
         """
         # calls run by number: workers hand back numbers, and keys may be anything
         missing = [key for key in jobs if key not in self]
@@ -121,7 +122,7 @@ class Memo:
 
     def _read(self, data: bytes) -> None:
         """Take over the rows of a file from its bytes; a torn last line is left out."""
-        whole = data[: data.rfind(b"\n") + 1]
+        whole = data[: data.rfind(b"\n") + 1]  # lines that are complete
         if not whole:
             # a kill may have cut off the first line: what is there must begin as a header does
             if not self._header().startswith(data[:_TOLD]):
@@ -141,11 +142,14 @@ class Memo:
             self.rows[text] = row
 
     def _header(self) -> bytes:
-        """First line of the file: what it is, and the version and the study that its rows are of."""
+        """First line of the file: what it is, its version, and the study of its rows."""
         return json.dumps({"schema": SCHEMA, "limitmason": VERSION, "of": self.of}).encode() + b"\n"
 
     def _check_header(self, line: bytes) -> None:
-        """Refuse a file whose first line says that it is no store, or one of another version or study."""
+        """Refuse a file whose first ``line`` says that it is no store of this study.
+
+        It may be no store at all, or one of another version or of another study.
+        """
         try:
             header = json.loads(line)
         except ValueError:
@@ -167,12 +171,15 @@ class Memo:
             )
 
     def _append(self, entry: Mapping[str, Any]) -> None:
-        """Write an entry, key and row, behind those of all processes, the header before the first."""
+        """Write an entry, key and row, at the end of the file, behind the header.
+
+        Other processes may write to the file too.
+        """
         assert self.path is not None
         line = json.dumps(entry).encode() + b"\n"
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with self.path.open("ab+", buffering=0) as file, _locked(file):
-            end = _whole(file)
+            end = _whole(file)  # where the last whole line ends
             try:
                 if end == 0:
                     line = self._header() + line
@@ -183,13 +190,13 @@ class Memo:
                 while line:
                     line = line[file.write(line) :]
             except OSError as error:
-                os.ftruncate(file.fileno(), end)
+                os.ftruncate(file.fileno(), end)  # without what was written of this entry
                 kept = "what was computed before is kept: make room, and start again"
                 raise OSError(error.errno, f"{error.strerror}; {kept}", str(self.path)) from None
 
 
 def _whole(file: IO[bytes]) -> int:
-    """Cut off what follows the last whole line of an open file, and return where that ends [bytes]."""
+    """Cut off what follows the last whole line of a file; where that ends [bytes]."""
     end = file.seek(0, os.SEEK_END)
     if end:
         file.seek(end - 1)
@@ -220,7 +227,7 @@ def _locked(file: IO[bytes], *, shared: bool = False) -> Iterator[None]:
 
 
 def key_text(key: Any) -> str:
-    """A key as text: equal for what JSON does not tell apart, such as a tuple and a list."""
+    """A key as text, equal for what JSON does not tell apart, as a tuple and a list."""
     return json.dumps(plain(key), sort_keys=True)
 
 

@@ -129,7 +129,7 @@ def monte_carlo(
 
 
 def _without_effect(found: Table) -> list[str]:
-    """What to say where the multipliers of all rows are equal: a method may leave out what was drawn."""
+    """Note where the multipliers of all rows are equal, as a method may ignore a draw."""
     given = (row.get("multiplier") for row in found.rows)
     values = [v for v in given if isinstance(v, float) and np.isfinite(v)]
     if len(values) < 2 or np.ptp(values) > _SAME * np.abs(values).max():
@@ -141,7 +141,7 @@ def _without_effect(found: Table) -> list[str]:
 
 
 def _truncations(joints: Mapping[str, Random], blocks: Mapping[str, Random]) -> list[str]:
-    """What the physical bounds take from the distributions of joints and blocks, by property, in words."""
+    """Notes of what physical bounds take from the distributions, property by property."""
     out = []
     for name, random in (*joints.items(), *blocks.items()):
         bounds = (draws.BOUNDS if name in joints else draws.BLOCK_BOUNDS)[name]
@@ -175,12 +175,12 @@ def curves_of(table: Table, column: str = "curve") -> list[Curve]:
 
 @dataclass(frozen=True)
 class RandomInputs:
-    """What varies, and the seed: joints, blocks and parameters by name, and formulas of linked properties."""
+    """What varies in a study, and the seed of its random numbers."""
 
-    joints: Mapping[str, Random]
-    blocks: Mapping[str, Random]
-    links: LinkedFormulas
-    parameters: Mapping[str, Random]
+    joints: Mapping[str, Random]  # by property
+    blocks: Mapping[str, Random]  # by property
+    links: LinkedFormulas  # of properties that follow from others
+    parameters: Mapping[str, Random]  # of the function that builds, by name
     seed: int
 
 
@@ -223,22 +223,24 @@ def _variables(
         if name in draws.BOUNDS or name in draws.BLOCK_BOUNDS:
             where = "joints" if name in draws.BOUNDS else "blocks"
             raise InputError(f"parameter {name!r} has the name of a {where[:-1]} property: draw it in {where}")
+    # in a fixed order, so that mappings that are equal have equal columns of a hypercube
     once = [n for n in draws.BOUNDS if n in joints and joints[n].per == "assembly"]
     once += [n for n in draws.BLOCK_BOUNDS if n in blocks and blocks[n].per == "assembly"]
-    # sorted: mappings that are equal have equal columns of a hypercube
     return [*once, *sorted(parameters)], joints, parameters
 
 
 def _independent(names: Sequence[str], samples: int, seed: int) -> Array:
-    """Probabilities at which what is drawn once is read, from 0 to 1, shape (samples, names).
+    """Random probabilities of what is drawn once per assembly, shape (samples, names).
 
-    Every name and sample has random numbers of its own, by the seed: another name or a longer study changes none.
+    A value is read from its distribution at a probability from 0 to 1. Every name and sample has random numbers of its
+    own, by the seed: another name or a longer study changes none.
     """
     out = np.zeros((samples, len(names)))
-    for place, name in enumerate(names):
-        word = zlib.crc32(name.encode())
+    for column, name in enumerate(names):
+        word = zlib.crc32(name.encode())  # the name as a number
         for k in range(samples):
-            out[k, place] = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(k, _ONCE, word))).random()
+            stream = np.random.SeedSequence(seed, spawn_key=(k, _ONCE, word))
+            out[k, column] = np.random.default_rng(stream).random()
     return out
 
 
@@ -246,13 +248,13 @@ def _sample(
     build: Any, run: Run, refusals: tuple[type[Exception], ...], drawn: RandomInputs, *, sample: int,
     shares: Mapping[str, float],
 ) -> dict[str, Any]:
-    """One sample: the model with its drawn numbers is built, run, and recorded, as is a refusal of the kinds named.
+    """Row of one sample: its numbers are drawn, the model is built and run.
 
     Parameters
     ----------
     build : model, or function that makes it
     run : what is asked of it
-    refusals : errors that count as an answer
+    refusals : errors of the run that count as an answer, which the row then tells as its status
     drawn : what varies, and the seed
     sample : its number, which with the seed decides its random numbers
     shares : probability at which every value drawn once is read, from 0 to 1, by name
@@ -279,18 +281,24 @@ def _sample(
 
 
 def _answers(found: Any) -> dict[str, Any]:
-    """What a run returned as entries of a row; curves become mappings that a store can keep."""
+    """What a run returned, as entries of a row; curves become mappings."""
     if isinstance(found, Prediction):
         return {"multiplier": float(found.collapse_multiplier), "status": found.status}
     if isinstance(found, Curve):
         found = {"curve": found}
     if not isinstance(found, Mapping):
         found = {"value": found}
-    return {
-        name: {"displacement": v.displacement, "load": v.load, "displacement unit": v.displacement_unit,
-               "load unit": v.load_unit} if isinstance(v, Curve) else v
-        for name, v in found.items()
-    }
+
+    def kept(value: Any) -> Any:
+        """A curve as a mapping, which a store can keep; anything else as it is."""
+        if not isinstance(value, Curve):
+            return value
+        return {
+            "displacement": value.displacement, "load": value.load, "displacement unit": value.displacement_unit,
+            "load unit": value.load_unit,
+        }
+
+    return {name: kept(value) for name, value in found.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -357,9 +365,9 @@ def sobol(
     if samples < 2 or samples & (samples - 1):  # Sobol points are even over the cube in powers of two alone
         raise InputError(f"samples must be a power of two, got {samples!r}")
     d, seed = len(names), count("seed", seed, least=0)
+    # Saltelli's scheme: independent samples A and B, and A with one column at a time taken from B
     both = qmc.Sobol(d=2 * d, seed=np.random.default_rng(seed)).random(samples)
     a, b = both[:, :d], both[:, d:]
-    # Saltelli's scheme: sample A with one column at a time taken from B
     mixed = np.repeat(a[None], d, axis=0)
     for i in range(d):
         mixed[i, :, i] = b[:, i]

@@ -58,15 +58,18 @@ UNITS = {
 
 
 def normal(mean: float, variation: float) -> Any:
-    """Normal distribution by mean and coefficient of variation [-], as ``scipy.stats.norm``."""
+    """Normal distribution of ``scipy.stats`` by mean and coefficient of variation [-]."""
     if finite("mean", mean) == 0.0:
         raise InputError("normal: a mean of 0 has no coefficient of variation; give scipy.stats.norm(0.0, deviation)")
     return stats.norm(loc=mean, scale=abs(mean) * positive("variation", variation))
 
 
 def lognormal(mean: float, variation: float) -> Any:
-    """Lognormal distribution by its own mean and coefficient of variation [-], as ``scipy.stats.lognorm``."""
-    spread = math.sqrt(math.log1p(positive("variation", variation) ** 2))
+    """Lognormal distribution of ``scipy.stats``, by mean and coefficient of variation.
+
+    Both are those of the values, not of their logarithms; the coefficient is in [-].
+    """
+    spread = math.sqrt(math.log1p(positive("variation", variation) ** 2))  # standard deviation of the logarithm
     return stats.lognorm(s=spread, scale=positive("mean", mean) * math.exp(-0.5 * spread**2))
 
 
@@ -138,12 +141,16 @@ class Random:
         return 1.0 - (above - below)
 
     def _ends(self, low: float, high: float) -> tuple[float, float]:
-        """Probability below the lower bound and up to the upper one: a bound that is itself a value is within."""
+        """Probability below the lower bound, and up to and with the upper one [-]."""
+        # a discrete distribution may have its lower bound as a value: it is within
         return float(self.distribution.cdf(np.nextafter(low, -np.inf))), float(self.distribution.cdf(high))
 
 
 def check_joint_draws(joints: Mapping[str, Random]) -> None:
-    """Refuse names that no joint has, and two names for one property, among draws by property."""
+    """Refuse draws of what no joint has, and of one property by two names.
+
+    ``joints`` holds what is drawn, by property.
+    """
     for name, random in joints.items():
         choice("joint property", name, BOUNDS)
         if not isinstance(random, Random):
@@ -156,7 +163,7 @@ def check_joint_draws(joints: Mapping[str, Random]) -> None:
 
 
 def check_block_draws(blocks: Mapping[str, Random]) -> None:
-    """Refuse names that no block has, and draws that are not per block or per assembly."""
+    """Refuse draws of what no block has, and draws not per block or per assembly."""
     for name, random in blocks.items():
         choice("block property", name, BLOCK_BOUNDS)
         if not isinstance(random, Random) or random.per not in ("assembly", "block"):
@@ -202,6 +209,8 @@ def draw_blocks(
 ) -> tuple[Assembly, dict[str, float]]:
     """Assembly with drawn blocks, held ones included, and the drawn values.
 
+    The values come as entries of a row, mean and standard deviation where there are several.
+
     Parameters
     ----------
     assembly : the model
@@ -215,6 +224,7 @@ def draw_blocks(
     """
     values: dict[str, Array] = {}
     record: dict[str, float] = {}
+    # every property has random numbers of its own, by its place among all
     for number, name in enumerate(BLOCK_BOUNDS):
         if name not in blocks:
             continue
@@ -223,6 +233,7 @@ def draw_blocks(
         record |= _recorded(name, blocks[name], values[name])
     changed = []
     for k, block in enumerate(assembly.blocks):
+        # density is the block's own, all else its material's
         own: dict[str, Any] = {n: float(v[k]) for n, v in values.items() if n == "density"}
         of_material = {n: float(v[k]) for n, v in values.items() if n != "density"}
         if of_material:
@@ -238,7 +249,9 @@ def draw_joints(
     assembly: Assembly, joints: Mapping[str, Random], sample: int, seed: int, shares: Mapping[str, float],
     links: LinkedFormulas | None = None,
 ) -> tuple[Assembly, dict[str, float]]:
-    """Assembly with drawn joints, and the drawn values (mean and standard deviation where there are several).
+    """Assembly with drawn joints, and the drawn values as entries of a row.
+
+    Of a property with several values these are mean and standard deviation.
 
     Parameters
     ----------
@@ -261,7 +274,7 @@ def draw_joints(
         bounds = BOUNDS[name]
         if name == "dilatancy_angle_deg":
             bounds = (0.0, min(bounds[1], _smallest_friction_deg(assembly, values)))
-        key = (sample, list(BOUNDS).index(name))
+        key = (sample, list(BOUNDS).index(name))  # of the random numbers
         kinds = [i.kind for i in assembly.interfaces]
         u = _shares(joints[name], name, key, seed, shares, assembly.arrays.centre, kinds)
         values[name] = joints[name].value(u, bounds)
@@ -285,7 +298,7 @@ def _smallest_friction_deg(assembly: Assembly, values: Mapping[str, Array]) -> f
 
 
 def _recorded(name: str, random: Random, values: Array) -> dict[str, float]:
-    """Entries of a row for a drawn property: its one value, or mean and deviation of one value per joint or block."""
+    """Entries of a row for a drawn property: its one value, or mean and deviation."""
     return {name: float(values[0])} if random.per == "assembly" else _mean_and_deviation(name, values)
 
 
@@ -295,7 +308,7 @@ def _mean_and_deviation(name: str, values: Array) -> dict[str, float]:
 
 
 def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormulas) -> dict[str, Array]:
-    """Linked properties of every interface, each within its physical bounds, shape (k,).
+    """Linked properties of every interface, within physical bounds, shape (k,) each.
 
     A formula may need properties that are not drawn: these are those of the joints with what is drawn.
 
@@ -307,10 +320,10 @@ def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormul
     """
     known, joints = dict(values), _joints(assembly, values)
     for name in links.needs - set(known):
-        own = [j.tan_phi if name == "friction_coefficient" else getattr(j, name) for j in joints]
-        if any(v is None for v in own):
+        of_joints = [j.tan_phi if name == "friction_coefficient" else getattr(j, name) for j in joints]
+        if any(v is None for v in of_joints):
             raise InputError(f"a link needs {name!r}, which the joints do not have")
-        known[name] = np.array(own, dtype=float)
+        known[name] = np.array(of_joints, dtype=float)
     found = links(known)
     out = {}
     for name in links.formulas:
@@ -328,7 +341,7 @@ def _linked(assembly: Assembly, values: Mapping[str, Array], links: LinkedFormul
 
 
 def _joints(assembly: Assembly, values: Mapping[str, Array]) -> list[Joint]:
-    """Joint of every interface with its drawn or linked properties, ``values`` by name, shape (k,) each."""
+    """Joint of every interface with drawn or linked ``values`` by name, (k,) each."""
     return [_changed(i.joint, {n: float(v[k]) for n, v in values.items()}) for k, i in enumerate(assembly.interfaces)]
 
 
@@ -336,17 +349,18 @@ def _shares(
     random: Random, name: str, key: tuple[int, int], seed: int, shares: Mapping[str, float], centre: Array,
     kind: Sequence[str] = (),
 ) -> Array:
-    """Probability per interface or block at which its distribution is read, shape (k,).
+    """Random probability at which each interface or block reads its value, shape (k,).
 
     Parameters
     ----------
     random : how the property varies
     name : of the property
-    key : numbers of sample and property, which with the seed name the stream
+    key : numbers of the sample and of the property, by which with the seed the random numbers are chosen
     seed : of the study
     shares : probabilities of what is drawn once per assembly, by name
-    centre : places of the interfaces or blocks [m], between which values are correlated as exp(-distance / length)
-    kind : of every interface, where there is one value per kind
+    centre : places of the interfaces or blocks [m], between which values are correlated as exp(-distance / length),
+        shape (k, 3)
+    kind : of every interface, where there is one value per kind; unused else
     """
     count = len(centre)
     if random.per == "assembly":
@@ -354,19 +368,21 @@ def _shares(
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=key))
     if random.per == "kind":
         kinds = sorted(set(kind))
-        of = dict(zip(kinds, rng.random(len(kinds)), strict=True))
-        return np.array([of[k] for k in kind])
+        of_kind = dict(zip(kinds, rng.random(len(kinds)), strict=True))
+        return np.array([of_kind[k] for k in kind])
     if random.correlation_length == 0.0:
         return rng.random(count)
+    # normal scores with that correlation C: L z, with C = L L^T and independent z
     distance = np.linalg.norm(centre[:, None] - centre[None], axis=2)
-    matrix = np.exp(-distance / random.correlation_length)
-    scores = np.linalg.cholesky(matrix + _DEFINITE * np.eye(count)) @ rng.standard_normal(count)
+    correlation = np.exp(-distance / random.correlation_length)
+    scores = np.linalg.cholesky(correlation + _DEFINITE * np.eye(count)) @ rng.standard_normal(count)
     return stats.norm.cdf(scores)
 
 
 def _changed(joint: Joint, drawn: Mapping[str, float]) -> Joint:
-    """The joint with drawn properties, values by name; a psi larger than its phi comes down to it."""
+    """A joint with drawn properties by name; a psi larger than phi comes down to it."""
     own: dict[str, Any] = {k: v for k, v in drawn.items() if k not in ("friction_coefficient", "dilatancy_ratio")}
+    # joints keep angles
     if "friction_coefficient" in drawn:
         own["friction_angle_deg"] = math.degrees(math.atan(drawn["friction_coefficient"]))
     phi = own.get("friction_angle_deg", joint.friction_angle_deg)

@@ -74,7 +74,7 @@ def fingerprint_of_code(*parts: Any) -> str:
 
 
 def _fingerprint(parts: tuple[Any, ...], *, state: bool) -> str:
-    """Hash of the content of ``parts``; of functions with what they hold now, where ``state``."""
+    """Hash of the content of ``parts``; with what functions hold now where ``state``."""
     digest = _Digest(state)
     for part in parts:
         digest.feed(part)
@@ -82,19 +82,30 @@ def _fingerprint(parts: tuple[Any, ...], *, state: bool) -> str:
 
 
 class _Digest:
-    """A hash that is fed values, each with a tag of its kind, so that 1 and "1" differ."""
+    """A hash that is fed values, each with a tag of its kind: 1 and "1" differ.
+
+    Attributes
+    ----------
+    made : the hash so far
+    state : whether collections that functions and objects hold are fed too
+    seen : functions, classes and modules that were fed, by id and with their number: they may lead to themselves
+    open : ids of other values that are being fed
+    """
 
     def __init__(self, state: bool) -> None:
         self.made, self.state = hashlib.sha256(), state
-        self.seen: dict[int, int] = {}  # functions and classes by their place, which may lead to themselves
-        self.open: set[int] = set()  # other values that are being fed
+        self.seen: dict[int, int] = {}
+        self.open: set[int] = set()
 
     def tag(self, *words: object) -> None:
-        """Add words, with an end that no word may have, so that ("a", "b") and ("ab",) differ."""
+        """Add words, parted by a sign, so that ("a", "b") and ("ab",) differ."""
         self.made.update((":".join(map(str, words)) + ";").encode("utf-8", "surrogatepass"))
 
     def feed(self, value: Any) -> None:
-        """Add a value to the hash: plain ones here, those with parts by :meth:`feed_whole`."""
+        """Add a value: plain ones here, those with parts by the other methods.
+
+        What was fed before, or is being fed, is not fed once more.
+        """
         if isinstance(value, Enum):
             self.tag("member", type(value).__qualname__, value.name)
             if not _installed(type(value).__module__):
@@ -125,7 +136,10 @@ class _Digest:
             self.open.remove(id(value))
 
     def feed_whole(self, value: Any) -> None:
-        """Add a value with parts to the hash, part by part: models, collections, paths, code, objects."""
+        """Add a value with parts: models, collections, paths, code, objects.
+
+        Each has a tag of its kind, then its parts are fed one by one, in an order that does not hang on chance.
+        """
         if isinstance(value, Blockwork):
             self.tag("assembly", value.fingerprint.digest)
             # what the model's own fingerprint leaves out, and a stored result may still depend on
@@ -197,9 +211,9 @@ class _Digest:
             raise TypeError(f"{owner} uses {name!r}: {error}") from None
 
     def feed_code(self, code: CodeType) -> None:
-        """Add what a code does: instructions, constants (functions within it too), and names.
+        """Add what compiled Python code does: instructions, constants and names.
 
-        Where the code stands does not count.
+        Constants hold the functions within it. In which file and line the code stands does not count.
         """
         self.tag("code", code.co_code.hex(), code.co_names, code.co_varnames, code.co_freevars)
         self.tag(code.co_exceptiontable.hex(), code.co_flags)
@@ -208,16 +222,19 @@ class _Digest:
             self.feed(constant)
 
     def feed_function(self, function: FunctionType) -> None:
-        """Add a function with its defaults, what it closes over, and what its code reads of its module."""
+        """Add a function with its defaults and all values that it reads from around it.
+
+        One that is installed counts by its name; of any other the code counts, and what that reads of its module.
+        """
         self.tag("function", function.__qualname__)
         if _installed(function.__module__):
             self.tag(function.__module__)
-            closed: Mapping[str, Any] = _closed_over(function)
+            reads: Mapping[str, Any] = _closed_over(function)
         else:
             self.feed_code(function.__code__)
-            closed = {**_closed_over(function), **_read_of_module(function)}
+            reads = {**_closed_over(function), **_read_of_module(function)}
         self.feed((function.__defaults__, function.__kwdefaults__))
-        for name, value in sorted(closed.items()):
+        for name, value in sorted(reads.items()):
             self.feed_attribute(function.__qualname__, name, value)
 
     def feed_class(self, kind: type) -> None:
@@ -235,7 +252,10 @@ class _Digest:
                 self.feed_attribute(kind.__qualname__, name, value)
 
     def feed_module(self, module: ModuleType) -> None:
-        """Add a ``module``: by name where it is installed, else with its text and what it takes from others."""
+        """Add a ``module``: by name where it is installed, else with its text and values.
+
+        Its values count as they may be taken from other modules.
+        """
         self.tag("module", module.__name__)
         if _installed(module.__name__):
             return
@@ -246,7 +266,7 @@ class _Digest:
                 self.feed_attribute(module.__name__, name, value)
 
     def feed_object(self, value: Any) -> None:
-        """Add an object by its class and its fields; one without content of its own is refused."""
+        """Add an object by its class and fields; one without content is refused."""
         kind = type(value)
         if isinstance(value, np.random.Generator):
             self.tag("generator")
@@ -272,7 +292,10 @@ class _Digest:
 
 
 def _closed_over(function: FunctionType) -> dict[str, Any]:
-    """Names and values that a function takes from around it; None for one not filled yet."""
+    """Values of the functions around it that a function reads, by name.
+
+    One that is not filled yet is None.
+    """
     out = {}
     for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         try:
@@ -283,10 +306,10 @@ def _closed_over(function: FunctionType) -> dict[str, Any]:
 
 
 def _read_of_module(function: FunctionType) -> dict[str, Any]:
-    """Values that the code of a function, and of functions within it, reads of its module or imports.
+    """Values that a function, with those within it, reads of its module or imports.
 
-    Of another module of one's own the values that are read count, under names with dots. It counts as a whole where the
-    code holds on to it.
+    They are found by its instructions. Of another module of one's own the values that are read count, under names with
+    dots: ``model.size``. It counts as a whole where the code holds on to it.
     """
     found: dict[str, Any] = {}
     codes, space = [function.__code__], function.__globals__
@@ -297,10 +320,12 @@ def _read_of_module(function: FunctionType) -> dict[str, Any]:
         for at, step in enumerate(steps):
             name, after = step.argval, steps[at + 1 :]
             if step.opname in ("LOAD_GLOBAL", "LOAD_NAME") and name in space:
+                # a name of the module, and at once behind it what is taken of it
                 found |= _followed(name, space[name], takewhile(lambda i: i.opname in _PART_OF, after))
             elif step.opname == "IMPORT_NAME":
                 # the number of dots before the name stands two instructions earlier
                 module = _imported("." * int(steps[at - 2].argval) + name, space.get("__package__"))
+                # ``from module import a, b`` takes parts one after the other; ``import module`` takes the whole
                 taken = [i for i in takewhile(lambda i: i.opname != "POP_TOP", after) if i.opname == "IMPORT_FROM"]
                 for part in taken or (None,):
                     found |= _followed(name, module, [part] if part is not None else ())
@@ -308,7 +333,9 @@ def _read_of_module(function: FunctionType) -> dict[str, Any]:
 
 
 def _followed(name: str, value: Any, steps: Iterable[dis.Instruction]) -> dict[str, Any]:
-    """What code takes of a value that is a module of one's own, by its name with dots; the value itself otherwise.
+    """What code reads in the end: a value, or the part of a module that it takes.
+
+    Parts are followed through modules of one's own alone. The answer is the value by its name with dots.
 
     Parameters
     ----------
@@ -323,7 +350,10 @@ def _followed(name: str, value: Any, steps: Iterable[dis.Instruction]) -> dict[s
 
 
 def _imported(name: str, package: str | None) -> ModuleType | None:
-    """The module that code imports by a name, with dots before it where it is relative to a package, or None."""
+    """The module that code imports by a name, which may be relative; None without one.
+
+    Dots before the name make it relative to ``package``.
+    """
     try:
         return import_module(name, package)
     except (ImportError, TypeError):  # code may import what is not there, or by dots outside a package
@@ -332,7 +362,10 @@ def _imported(name: str, package: str | None) -> ModuleType | None:
 
 @cache
 def _installed(module: str | None) -> bool:
-    """Whether a module comes with Python, this package or another that is installed, so that its name stands for it."""
+    """Whether a module is installed, with Python or as a package: its name counts.
+
+    This package is. A module that is not is one's own: its content counts.
+    """
     top = (module or "").partition(".")[0]
     if top in ("limitmason", "dem", "mechanisms") or top in _PYTHON:
         return True

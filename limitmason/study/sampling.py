@@ -14,7 +14,10 @@ from limitmason.study.table import Table
 
 
 def latin_hypercube(width: int, samples: int, seed: int) -> Array:
-    """Points in the unit cube, one in each of n slices of every coordinate [-], shape (n = samples, width)."""
+    """Random points in the unit cube, one in each of n slices of every coordinate [-].
+
+    ``width`` is the number of coordinates, n that of samples, and the shape (n, width).
+    """
     if width == 0:  # which scipy refuses
         return np.zeros((samples, 0))
     return np.asarray(qmc.LatinHypercube(d=width, seed=np.random.default_rng(seed)).random(samples))
@@ -84,7 +87,7 @@ def running(table: Table, column: str) -> Running:
     if len(kept) < 2:
         raise InputError(f"column {column!r} has {len(kept)} finite values: a spread needs two")
     n = np.arange(1.0, len(kept) + 1.0)
-    # about the first value, so that a small spread of large numbers keeps its digits
+    # sums about the first value, so that a small spread of large numbers keeps its digits; a spread needs two values
     shifted = kept - kept[0]
     total, square = np.cumsum(shifted), np.cumsum(shifted**2)
     variance = np.maximum(square - total**2 / n, 0.0)[1:] / (n[1:] - 1.0)

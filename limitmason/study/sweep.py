@@ -75,9 +75,9 @@ def sweep(
         What ``function`` raises; the rows finished before are in the store.
     """
     points = _points(parameters)
-    own = key or ("sweep", function, points)
-    memo = Memo(store, "" if store is None else own if isinstance(own, str) else fingerprint(*own), kind=dict)
-    rows = {k: memo[k] for k in range(len(points)) if k in memo}
+    study = key or ("sweep", function, points)
+    memo = Memo(store, "" if store is None else study if isinstance(study, str) else fingerprint(*study), kind=dict)
+    rows = {k: memo[k] for k in range(len(points)) if k in memo}  # by number of the point
     if rows and progress is not None:
         progress(f"{len(rows)} of {len(points)} runs are in {store}")
     # without a rule to stop by, all points are one batch
@@ -110,7 +110,7 @@ def sweep(
 
 
 def _row(points: Sequence[Mapping[str, Any]], number: int, result: Any) -> dict[str, Any]:
-    """Row of a table: a point, as far as it fits in a table, and what the function returned for it.
+    """Row of a table: a point as far as it fits there, and what the function returned.
 
     Parameters
     ----------
@@ -125,12 +125,15 @@ def _row(points: Sequence[Mapping[str, Any]], number: int, result: Any) -> dict[
 
 
 def _table(rows: Mapping[int, Mapping[str, Any]], end: int, units: Mapping[str, str] | None) -> Table:
-    """Table of the rows, by number of their point, of the points before number ``end``."""
+    """Table of ``rows``, by number of their point, of all points before ``end``."""
     return Table(tuple(rows[k] for k in sorted(rows) if k < end), dict(units or {}))
 
 
 def _points(parameters: Any) -> list[dict[str, Any]]:
-    """Points of a sweep, from its ``parameters``: all combinations of lists of values, or the points as given."""
+    """Points of a sweep: all combinations of values by name, or a list of points.
+
+    ``parameters`` are one or the other, as :func:`sweep` takes them.
+    """
     if isinstance(parameters, Mapping):
         for name, given in parameters.items():
             if isinstance(given, str) or not isinstance(given, Iterable):
@@ -152,6 +155,7 @@ def _shown(point: Mapping[str, Any]) -> dict[str, Any]:
     """The entries of a point that fit in a table: numbers and text."""
     out = {}
     for name, value in point.items():
+        # a numpy scalar as a number of Python
         value = value.item() if hasattr(value, "item") and getattr(value, "ndim", 1) == 0 else value
         if isinstance(value, (bool, int, float, str)) or value is None:
             out[name] = value

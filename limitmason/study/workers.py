@@ -68,10 +68,10 @@ def run_points(
         from joblib import effective_n_jobs
 
         workers = effective_n_jobs(workers)
-    spent = 0.0
+    spent = 0.0  # seconds in calls of this process
     for done, (number, point) in enumerate(jobs):
         left = len(jobs) - done
-        # processes only where they save more time than starting them takes
+        # processes only where they save more time than starting them takes: all that is left but a worker's share
         if workers > 1 and done and spent / done * left * (1.0 - 1.0 / workers) >= START:
             pool = _processes(min(workers, left))
             yield from _unpacked(pool, function, _chunks(jobs[done:], spent / done, _EACH * workers))
@@ -92,7 +92,9 @@ def _call(function: Callable[..., Any], point: Mapping[str, Any]) -> Any:
 
 
 def _chunk(function: Callable[..., Any], jobs: Sequence[Job]) -> _Done:
-    """Calls in a worker, one after another: what was done before an error is not lost with it.
+    """Calls in a worker, one after another, up to the first error.
+
+    What was done before an error is not lost with it.
 
     Parameters
     ----------
@@ -137,7 +139,9 @@ def _chunks(jobs: Sequence[Job], seconds: float, least: int) -> list[Sequence[Jo
 def _unpacked(
     executor: Any, function: Callable[..., Any], chunks: Sequence[Sequence[Job]], begun: Sequence[Future] = ()
 ) -> Iterator[tuple[int, Any]]:
-    """Number and result of every call, chunk by chunk as these end; an error calls all else off.
+    """Number and result of every call, chunk by chunk as these end.
+
+    An error is raised once the results before it are handed on, and what has not begun is then called off.
 
     Parameters
     ----------
@@ -159,14 +163,17 @@ def _unpacked(
 
 
 def _processes(workers: int) -> Any:
-    """So many worker processes of joblib, each with one thread, which end after five minutes without work."""
+    """So many worker processes of joblib, each with one thread for linear algebra.
+
+    They end after five minutes without work.
+    """
     from joblib.externals.loky import get_reusable_executor
 
     return get_reusable_executor(max_workers=workers, timeout=_IDLE, env=dict.fromkeys(_THREADS, "1"))
 
 
 def _as_executor(executor: Any) -> Any:
-    """What was given, if it has a ``submit`` method; of a dask client the executor that it gives."""
+    """An executor with a ``submit`` method; a dask client gives its own."""
     if hasattr(executor, "get_executor"):
         executor = executor.get_executor()  # a dask client in the form of the standard library
     if not hasattr(executor, "submit"):
@@ -175,9 +182,10 @@ def _as_executor(executor: Any) -> Any:
 
 
 def _on_executor(function: Callable[..., Any], jobs: Sequence[Job], executor: Any) -> Iterator[tuple[int, Any]]:
-    """Numbered results of calls on an executor, in chunks where the first call is back soon.
+    """Numbered results of calls on an executor, in chunks where calls are short.
 
-    It is waited for during ``PATIENCE``; a call that takes longer goes by itself, as if it took ``CHUNK``.
+    How long one takes is told by the first, for which ``PATIENCE`` is waited. Calls that take longer go one by one, as
+    if each took ``CHUNK``.
 
     Parameters
     ----------
@@ -189,5 +197,5 @@ def _on_executor(function: Callable[..., Any], jobs: Sequence[Job], executor: An
         return
     first = executor.submit(_chunk, function, jobs[:1])
     wait([first], timeout=PATIENCE)
-    pace = first.result().seconds if first.done() and first.exception() is None else CHUNK
-    yield from _unpacked(executor, function, _chunks(jobs[1:], pace, _LEAST), [first])
+    seconds = first.result().seconds if first.done() and first.exception() is None else CHUNK
+    yield from _unpacked(executor, function, _chunks(jobs[1:], seconds, _LEAST), begun=[first])
