@@ -47,7 +47,7 @@ def follow(
     Parameters
     ----------
     generations : contacts and equations of the path, part by part
-    ratio : work-conjugate displacement of the live loads per control displacement, at first [N]; negative where they
+    ratio : work of the live load per control displacement, at first [N]; negative where the live loads
         push against it
     loading : whether loads are pushed up: limit points are then closed in on, and the path ends where the load is back
         at nothing; False where a support moves and the multiplier is its reaction

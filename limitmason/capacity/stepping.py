@@ -107,7 +107,7 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     ----------
     system : equations of the path's blocks and points
     target : control displacement that is held, with the multiplier that this takes [m]; None for no live load
-    ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
+    ratio : work of the live load per control displacement [N], for the program
     """
     old, pose = system.virgin(), system.at_rest()
     solved = newton.solve(system, pose, multiplier=0.0, old=old, target=target)
@@ -136,7 +136,7 @@ def step(
     node : to begin from, with its history
     target : control displacement [m]
     guess : extrapolated pose and multiplier; None without any, which leaves Newton's method out
-    ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
+    ratio : work of the live load per control displacement [N], for the program
     patient : whether descent follows where an interior path finds nothing, see :func:`patience`
     """
     start, load = guess if guess is not None else (node.pose, node.multiplier)
