@@ -285,7 +285,7 @@ def followed_in(
 def _framed(
     assembly: Assembly, points: ContactPoints, kn: Array, ks: Array, misfit: Array | None, firm: Index | None
 ) -> tuple[ContactPoints, PathContacts]:
-    """Points, and the same with law and stiffness, their frames carried by the firmer of two blocks.
+    """Points, and the same with law and stiffness, framed by the firmer of two blocks.
 
     Without ``firm`` frames are carried by block a, as in the DEM. Tension counts as in the DEM too: ft beyond the apex
     of the cone is not cut.
@@ -308,7 +308,7 @@ def _framed(
 def _point_warnings(
     generations: Generations, nodes: list[Node], contact_model: str | None, standard: bool
 ) -> list[str]:
-    """Warnings of what the few points of a path leave out of faces whose stiffness is named.
+    """Warnings of what few points leave out of faces whose stiffness is named.
 
     Parameters
     ----------
@@ -320,7 +320,7 @@ def _point_warnings(
     # other points were chosen with a grid, by whoever knows what he leaves out
     if not standard and contact_model != LOBATTO:
         return []
-    # joints that crush or break have 15 points on a side: what is uncertain is where their load is nearly reached
+    # joints that crush or break have many points on a side: only where their load is nearly reached is uncertain
     if weakening(generations.structures[0].assembly).any():
         return flat_top_warnings(nodes) if standard else []
     points = generations.structures[0].points
@@ -367,7 +367,7 @@ def _falls(generations: Generations, warnings: list[str]) -> PushoverCurve:
 def _equations(
     assembly: Assembly, loads: Loads, s: Structure, *, plane: Plane | None, bent: CondensedShapes | None, **options: Any
 ) -> System:
-    """Equations of motion, joint law and loads of a structure with its present contacts.
+    """Equations of a structure with its present contacts, joint law and loads.
 
     It is a function of the module and no closure, so that a curve can be sent to other processes.
 

@@ -66,7 +66,7 @@ def brittle(system: System) -> bool:
 
 
 def overload(system: System, old: PlasticHistory, displacement: Array, stress: Array, new: PlasticHistory) -> Array:
-    """Opening or slip of every point beyond its strength, over the elastic one at the strength [-], (m,).
+    """Opening or slip of the points beyond strength, over the elastic one there, (m,).
 
     By opening (w - lift - t / kn) / (t / kn), by slip p / (c / ks), with t and c at peak; the larger of both. It is
     negative below the strength, and minus infinity where nothing can break.
@@ -290,7 +290,7 @@ def between(last: Node, far: Node, target: float) -> tuple[Pose, float]:
 
 
 def released(system: System, node: Node, rows: Index, ratio: float, target: float | None) -> Node | None:
-    """The state after points have broken, and after those have that are overloaded by it.
+    """The state after points have broken, and those that are overloaded by it.
 
     Points whose overload is near the largest break together; the rest is solved again, until no point is overloaded.
     Where no equilibrium is found, viscous sub-steps tell whether the blocks come to rest.

@@ -297,7 +297,9 @@ def relative(block_a: Index, block_b: Index, wrenches: Array, motion: Array, out
 
 @njit(cache=True, error_model="numpy")
 def moved(motion: Array, shift: Array, turn: Array) -> None:
-    """Move n blocks on, in place: with S + 1 the rotation of the step, R - 1 becomes R - 1 + S + S (R - 1).
+    """Move n blocks on, in place.
+
+    With S + 1 the rotation of the step, R - 1 becomes R - 1 + S + S (R - 1).
 
     Parameters
     ----------

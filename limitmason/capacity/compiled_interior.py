@@ -22,7 +22,7 @@ _BISECTIONS = 50
 def sheared(
     tried: Array, strength: Array, ks: Array, product: float, cone: Array, slid: Array
 ) -> None:
-    """Write shear and slip of the smoothed Coulomb law, from the shear without a limit.
+    """Write shear and slip of the smoothed Coulomb law, from the trial shear.
 
     With a the limit of the shear T the slip has the size p = mu a / (a^2 - T^2), against the shear: d = -p T / a. The
     springs give T = T_trial - ks p T / a. As mu goes to zero, T < a means p = 0.

@@ -247,7 +247,9 @@ class Generations:
         return np.nan_to_num(told, nan=np.inf).tolist()
 
     def _tangent(self, node: Node, before: Node | None, move: float) -> tuple[float, float]:
-        """Slope of the multiplier [1/m] and speed of all blocks [-] per control displacement, NaN where singular.
+        """Slope of the multiplier [1/m] and speed of all blocks [-], by the tangent.
+
+        Both are per control displacement, and NaN where the tangent is singular.
 
         Parameters
         ----------
@@ -267,9 +269,10 @@ class Generations:
         return slope, speed
 
     def handed(self, before: Node, begun: Node, new: Node, toward: float) -> float:
-        """What contacts found anew at the start of a step took off the load [-], 0 where none were or the load rose.
+        """What contacts found anew at the start of a step took off the load [-].
 
-        It is the fall in the step beyond that by the tangent of the new contacts, from 0 to the whole fall.
+        It is the fall in the step beyond that by the tangent of the new contacts, from 0 to the whole fall. It is 0
+        where no contacts were found anew, or the load rose.
 
         Parameters
         ----------
@@ -286,10 +289,10 @@ class Generations:
         return float(np.clip(fell + rises, 0.0, fell)) if np.isfinite(rises) else fell * new.jump
 
     def weakest_rise(self, nodes: list[Node], new: Node, move: float) -> float | None:
-        """Rise of the multiplier over a step, were every point as soft as at the softer of its ends [-].
+        """Rise of the multiplier over a step with the softer tangent of every point [-].
 
-        It is None where one end has all the softer tangents, so that it tells nothing new, and NaN where the tangent of
-        the structure is then singular. Points that let go make a path less steep, those that take hold steeper. Where
+        Of the tangents of a point at both ends of the step the softer one is taken. None where one end has all of these,
+        so that nothing new is told, and NaN where the tangent of the structure is then singular. Points that let go make a path less steep, those that take hold steeper. Where
         both happen in a step this is as steep as it falls, whichever came first.
 
         Parameters

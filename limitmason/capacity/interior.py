@@ -107,10 +107,12 @@ class _Points:
         return x * (self.system.bodies.area / self.system.weight)[:, None]
 
     def inside(self, at: Evaluated, product: float) -> Inner:
-        """State inside the law at a pose: spare strength times plastic rate is one value.
+        """State inside the law at a pose, with one value of all products.
 
-        ``product`` is that value, the distance from the law in the interior-point method. The opening by dilation is
-        that of the true law.
+        Parameters
+        ----------
+        at : the pose, evaluated by the true law, whose opening by dilation is taken
+        product : the value, mu of the interior-point method [mean block weights times elastic lengths]
         """
         from limitmason.capacity import compiled_interior
 
@@ -131,8 +133,13 @@ class _Points:
         """Linear equations of the points about a state, with the motions of blocks left over, None if singular.
 
         Unknowns of a point are eliminated: its cone (limit of shear a and shear T), its slip, and in each row of spare
-        strength the ``spare`` x and what has ``given``. What equations lack is kept for the right-hand side. They are
+        strength the ``spare`` and what has ``given``. What equations lack is kept for the right-hand side. They are
         in displacements, so that what is inverted is a compliance and its inverse the tangent.
+
+        Parameters
+        ----------
+        at : the pose, for the elastic forces of its points
+        x : state of the points
         """
         from limitmason.capacity import compiled_interior
 
@@ -216,6 +223,7 @@ def solve(
     """
     prescribed = "multiplier" if target is None else "control"
     done = np.zeros(system.order) if origin is None else origin.copy()
+    # shares of the steps so far that were made; the first ones stand for steps before any
     now, points, shares = system.evaluate(pose, old, multiplier), _Points(system, old), [1.0] * _OVER
     x = points.inside(now, FIRST)
     anew = 1  # times that it may be begun anew
@@ -238,11 +246,13 @@ def solve(
                 return found._replace(iterations=found.iterations + k)
         if last or not np.isfinite(unbalance):
             return None
+        # what the control displacement lacks of its target, in elastic lengths
         missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
         a = points.linearised(now, x)
         if a is None:
             return None
         try:
+            # stresses [Pa/m] and forces [N] of the points, as the structure takes them
             stiff = a.tangent * (system.weight / system.length / system.bodies.area)[:, None, None]
             force = np.column_stack([x.normal, x.cone[:, 1:]])
             factors = system.bordered(
@@ -251,8 +261,9 @@ def solve(
             )
         except RuntimeError:  # exactly singular
             return None
-        step, edge = None, np.inf
+        step, edge = None, np.inf  # step of the points, and its share at which the first leaves the law
         product, aim = x.product(), 0.0
+        # Mehrotra: a step to products of nothing tells what product to aim at in the second, which corrects it
         for _ in ("predictor", "corrector"):
             freed = points.freed(x, a, aim, step)
             pushed = (force + freed[0]) * system.weight

@@ -144,11 +144,11 @@ class JudgedPath:
         return self.toward * a.guess[1] > (1.0 + _UNSEEN) * self._largest()
 
     def _skips_a_fall(self, a: Try) -> StepOutcome:
-        """Past a limit point: where a load that fell rises again, the fall between that may end the path is looked for.
+        """Past a limit point: a load that fell and rises again may hide the path's end.
 
-        From the node before the lowest, which is taken back, in shorter steps, until its load is known to the width of
-        a limit point. ACCEPTED where the step is none of these, where the fall cannot end the path, and where it is
-        known or given up.
+        It may have fallen so far in between. Then the lowest node is taken off the path, and shorter steps are made from the one before, until the lowest
+        load is known to ``steps.peak``. ACCEPTED where the load did not fall and rise, where the fall cannot end the
+        path, and where it is known or given up.
         """
         if self.to is not None or self.phase is not Phase.FALLING or a.new.jump or len(self.nodes) - self.begin < 2:
             return StepOutcome.ACCEPTED
@@ -159,8 +159,8 @@ class JudgedPath:
         if moved == 0.0:
             # two samples at one displacement, as where points break: no slope goes through them
             return StepOutcome.ACCEPTED
-        # falls from the largest load, over it: at each sample, the deepest after it, and as low as the load comes in
-        # this step if it goes on to fall as it fell
+        # falls from the largest load, over it: of each sample, the deepest known after it, and the deepest possible in
+        # this step, were the load to go on falling by the slope of the last one
         below = 1.0 - self.toward * np.array([n.multiplier for n in self.nodes[self.begin :]]) / largest
         known = float(below[int(np.argmin(below)) :].max())
         on = fell * abs(a.new.control - a.last.control) / moved
@@ -170,7 +170,7 @@ class JudgedPath:
         if not may_end or min(fell, rose) <= LEVEL * largest or a.last.jump or a.last.broken is not None:
             return StepOutcome.ACCEPTED
         if max(fell, rose) <= self.steps.peak * largest or self.rounds >= ROUNDS:
-            # known to the width, or given up
+            # the lowest load is known to ``steps.peak``, or the search for it is given up
             self.rounds, self.bound = 0, np.inf
             return StepOutcome.ACCEPTED
         self.rounds += 1
@@ -217,7 +217,7 @@ class JudgedPath:
         return self.toward * self.generations.rise(self.nodes[-1], self._before(), a.new.control - a.last.control)
 
     def _before(self) -> Node | None:
-        """The node from which the last was reached by a path."""
+        """The node before the last; None at the beginning and after a jump."""
         return self.nodes[-2] if len(self.nodes) - self.begin > 1 and not self.nodes[-1].jump else None
 
     def _bends(self, a: Try) -> StepOutcome:
@@ -249,7 +249,7 @@ class JudgedPath:
         """A step in which points open, land, stick or run off by more than is found at its end."""
         if a.new.jump or a.due is not None:
             return StepOutcome.ACCEPTED
-        # shares of the step in which each of these stays within bounds
+        # share of the step in which each of these stays within bounds
         made, size = self.generations, a.system.size
         off = made.until_off(a.last, a.new)
         share = min(
