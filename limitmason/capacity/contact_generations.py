@@ -291,9 +291,10 @@ class Generations:
     def weakest_rise(self, nodes: list[Node], new: Node, move: float) -> float | None:
         """Rise of the multiplier over a step with the softer tangent of every point [-].
 
-        Of the tangents of a point at both ends of the step the softer one is taken. None where one end has all of these,
-        so that nothing new is told, and NaN where the tangent of the structure is then singular. Points that let go make a path less steep, those that take hold steeper. Where
-        both happen in a step this is as steep as it falls, whichever came first.
+        Of the tangents of a point at both ends of the step the softer one is taken. None where one end has all of
+        these, so that nothing new is told; NaN where the structure's tangent is then singular. Points that let go make
+        a path less steep, those that take hold steeper. Where both happen in a step this is as steep as it falls,
+        whichever came first.
 
         Parameters
         ----------

@@ -146,9 +146,9 @@ class JudgedPath:
     def _skips_a_fall(self, a: Try) -> StepOutcome:
         """Past a limit point: a load that fell and rises again may hide the path's end.
 
-        It may have fallen so far in between. Then the lowest node is taken off the path, and shorter steps are made from the one before, until the lowest
-        load is known to ``steps.peak``. ACCEPTED where the load did not fall and rise, where the fall cannot end the
-        path, and where it is known or given up.
+        It may have fallen far enough in between. Then the lowest node is taken off the path, and shorter steps are made
+        from the one before, until the lowest load is known to ``steps.peak``. ACCEPTED where the load did not fall and
+        rise, where the fall cannot end the path, and where it is known or given up.
         """
         if self.to is not None or self.phase is not Phase.FALLING or a.new.jump or len(self.nodes) - self.begin < 2:
             return StepOutcome.ACCEPTED
