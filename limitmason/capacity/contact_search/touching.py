@@ -101,7 +101,7 @@ def found_anew(
     old = old._replace(gone=gone)
     shares = shares_of(old, near) if space else None
     made: list[NewPoint] = []
-    # in plane what has left has one heir, so that order matters: rows of the same two blocks as it come before others
+    # in plane what has left has one heir: rows in its place, of the same two blocks, come before others
     later = ~old.close(near)[gone].any(axis=0)
     for row in np.lexsort((near.face, near.gap, looking(shapes, pose, near), later)):
         new = inherited(old, near, int(row), made, None if shares is None else shares[row])
