@@ -110,7 +110,7 @@ class Generations:
         if _farthest(shapes, before, node.pose) < _ANEW * shapes.step:
             return node._replace(looked=before)
         node = node._replace(looked=node.pose)
-        found = found_anew(shapes, s.points, node.pose, node.history, node.force, since=before)
+        found = found_anew(shapes, s.points, node.pose, node.history, node.force, before)
         if found is None:
             return node
         self.structures.append(s._replace(points=found.contacts))

@@ -181,7 +181,7 @@ class PathContacts(ReadOnly):
         return PathContacts(**chosen)
 
     def with_rows(self, other: "PathContacts") -> "PathContacts":
-        """These points and others behind them, m and m' of them, with as many force components."""
+        """These points, with the ``other`` ones behind them, which have as many force components."""
         joined: dict[str, Any] = {}
         for f in fields(self):
             mine, theirs = getattr(self, f.name), getattr(other, f.name)

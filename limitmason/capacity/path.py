@@ -251,7 +251,10 @@ class _Path(JudgedPath):
         return True
 
     def _appended(self, a: Try) -> PathEnd | None:
-        """Put the state on the path, with what breaks from it, or tell how the path ends where that does not go."""
+        """Put the state found by a try on the path, with what breaks from it.
+
+        It returns how the path ends where that does not go, else None.
+        """
         made, last = self.generations, a.last
         if a.due is None:
             # a whole step, at whose end contacts are looked for; where that was done blocks may have met unseen

@@ -143,7 +143,7 @@ def flat_top_warnings(nodes: list[Node]) -> list[str]:
 
 
 def landed_warnings(generations: Generations, nodes: list[Node]) -> list[str]:
-    """What to say where blocks that had no joint meet and their points crush.
+    """What to say where, along a path, blocks that had no joint meet and their points crush.
 
     Such a point has the law and the area of one of a joint nearby, so that its strength is not that of its own face.
     """

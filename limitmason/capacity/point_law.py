@@ -266,7 +266,7 @@ def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -
 
     Parameters
     ----------
-    displacement : of b against a at every point, after the history ``old`` [m], shape (m, c)
+    law, displacement : of m points, the displacement of b against a after the history ``old`` [m], shape (m, c)
     """
     before, tried = np.asarray(old.damage), _elastic_predictor(law, old, displacement)
     damage = before
@@ -300,7 +300,7 @@ def _demanded(law: ElastoplasticLaw, old: PlasticHistory, tried: _ElasticPredict
 
     Parameters
     ----------
-    old : history at the start of the step
+    law, old : law of the points, and their history at the start of the step
     tried : elastic predictor
     """
     assert law.softening is not None

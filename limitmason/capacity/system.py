@@ -177,7 +177,7 @@ class System:
         return (dead * self.row_scale)[self.bodies.free], (live * self.row_scale)[self.bodies.free]
 
     def relative(self, at: Evaluated, own: Array) -> tuple[Array, Array]:
-        """Displacement of the points, (m, c), and elongation of the ties, (t,), by a small motion in own units [m]."""
+        """Displacement of points, (m, c), and elongation of ties, (t,), by a motion in own units, (order,) [m]."""
         motion, b = self._motion(own), self.bodies
         ends_of_ties = np.stack([motion[self.ties.block_a], motion[self.ties.block_b]], axis=1)
         longer = -np.einsum("tsd,tsd->t", at.pulled.wrenches, ends_of_ties)
@@ -276,11 +276,9 @@ class System:
         return step if np.isfinite(step).all() else None
 
     def sense(self, at: Evaluated, prescribed: str) -> int:
-        """Sign of the determinant of the bordered tangent, or 0 where it is singular.
+        """Sign of the determinant of the bordered tangent at ``at``, or 0 where it is singular.
 
-        Parameters
-        ----------
-        prescribed : "control" or "multiplier", which is kept
+        ``prescribed`` is "control" or "multiplier", which is kept.
         """
         matrix = self.tangent(at, prescribed)
         try:
@@ -298,7 +296,7 @@ class System:
 
         Parameters
         ----------
-        prescribed : "control" or "multiplier", which is kept
+        at, prescribed : the pose, and "control" or "multiplier", which is kept
         """
         element = self._deforming_elements(at) if self.bodies.deforming else self._elements(at)
         if len(self.ties.length):
@@ -317,7 +315,7 @@ class System:
         return made
 
     def _summed(self, element: Array) -> Array:
-        """Entries of the matrix that elements in newtons and metres come to, own units, shape (entries,)."""
+        """Entries of the tangent, own units, by elements in newtons and metres, (k, 2 d, 2 d)."""
         rows, columns = np.concatenate([self.row_scale] * 2), np.concatenate([self.motion_scale] * 2)
         scale = rows[:, None] * columns
         if self.bodies.large:

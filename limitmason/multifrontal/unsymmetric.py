@@ -105,7 +105,10 @@ class UnsymmetricFronts:
         return (store, pivot) if found else None
 
     def solve(self, store: Array, pivot: Index, right: Array) -> Array:
-        """The solution for a right side, shape (n + 1,) as it is, by what :meth:`factors` returned."""
+        """The solution for a right side, both of shape (n + 1,).
+
+        ``store`` and ``pivot`` are what :meth:`factors` returned.
+        """
         from limitmason.multifrontal.kernels import substitute_unsymmetric
 
         x, f = right[self.order], self.fronts
