@@ -219,13 +219,13 @@ class _Path(JudgedPath):
                 return new, move
         return None, 0.0
 
-    def _closes_in(self, a: Try) -> bool:
+    def _closes_in(self, tried: Try) -> bool:
         """Whether the step passed a limit point that is not known to ``steps.peak`` yet.
 
         Then the highest node is taken off the path, and shorter steps are to be made from the one before it. On the way
         back from a load of the other sense there is none to be found.
         """
-        last, new, largest = a.last, a.new, self._largest()
+        last, new, largest = tried.last, tried.new, self._largest()
         falls = self.toward * last.multiplier > 0.0 and (
             self.toward * (last.multiplier - new.multiplier) > LEVEL * largest
         )
@@ -239,9 +239,9 @@ class _Path(JudgedPath):
             # a fall that is leapt over is looked for only where the path ends by it
             self.phase, self.rounds, self.passed = Phase.FALLING, 0, self.to is not None
             # the next step is as long as those before the search, and not as its last short ones
-            a.move = 0.5 * max(self.coarse, a.move)
+            tried.move = 0.5 * max(self.coarse, tried.move)
             return False
-        span = a.move if before is last else abs(last.control - before.control)
+        span = tried.move if before is last else abs(last.control - before.control)
         if self.phase is Phase.RISING:
             self.coarse = span
         self.phase, self.rounds, self.short = Phase.CLOSING, self.rounds + 1, 0
@@ -250,15 +250,15 @@ class _Path(JudgedPath):
             self.nodes.pop()
         return True
 
-    def _appended(self, a: Try) -> PathEnd | None:
+    def _appended(self, tried: Try) -> PathEnd | None:
         """Put the state found by a try on the path, with what breaks from it.
 
         It returns how the path ends where that does not go, else None.
         """
-        made, last = self.generations, a.last
-        if a.due is None:
+        made, last = self.generations, tried.last
+        if tried.due is None:
             # a whole step, at whose end contacts are looked for; where that was done blocks may have met unseen
-            new = made.looked_at(a.new, last)
+            new = made.looked_at(tried.new, last)
             met = made.through(new) if made.shapes is not None and new.looked is new.pose else ""
             if met:
                 return self._stopped(
@@ -269,9 +269,9 @@ class _Path(JudgedPath):
             self.nodes.append(new._replace(handed=made.handed(self.nodes[-1], last, new, self.toward)))
         else:
             # two samples at one displacement, before and after points break at once
-            weak = a.new._replace(looked=last.looked)
+            weak = tried.new._replace(looked=last.looked)
             self.nodes.append(weak)
-            broken = breaking.released(a.system, weak, a.due, self.ratio, weak.control)
+            broken = breaking.released(tried.system, weak, tried.due, self.ratio, weak.control)
             if broken is None:
                 return self._stopped(
                     weak,
@@ -324,12 +324,12 @@ class _Path(JudgedPath):
         far = abs(new.control - self.origin.control) > _OVER * system.size
         return PathEnd.OVERTURNED if self.loading and fell and loads[-1] <= 0.0 and far else None
 
-    def _pace(self, a: Try, new: Node) -> None:
+    def _pace(self, tried: Try, new: Node) -> None:
         """How long the next step is, by what this one took and by how well it was extrapolated.
 
         Parameters
         ----------
-        a : try of the step that was accepted
+        tried : try of the step that was accepted
         new : state at its end
         """
         largest = self._largest()
@@ -341,10 +341,10 @@ class _Path(JudgedPath):
             self.short += 1
             factor = 1.0
         else:
-            off = None if a.guess is None else abs(new.multiplier - a.guess[1]) / max(largest, 1e-300)
+            off = None if tried.guess is None else abs(new.multiplier - tried.guess[1]) / max(largest, 1e-300)
             factor = growth(new, off, self.steps.smooth, second=len(self.nodes) - self.begin <= 2)
         # what is beyond a limit point is not foretold by the way to it
-        self.advance = (min(factor, 1.0) if self.passed or self.steady else factor) * a.move
+        self.advance = (min(factor, 1.0) if self.passed or self.steady else factor) * tried.move
         self.steady = max(self.steady - 1, 0)
         self.passed = False
         # displacement that is left to what was found beyond a bend
