@@ -95,7 +95,7 @@ class Certificate:
             )
         if not (self.joint_excess <= OWN_RESIDUAL and self.yield_violation <= TOTAL_RESIDUAL):
             reasons.append(f"the joint {self.worst_joint} exceeds its law by {self.joint_excess:.1e} of its own force")
-        # cells leave the forces below what whole faces carry; above it they are no stresses of these faces
+        # cells leave the forces below what whole faces carry; forces above that are no stresses of these faces
         if self.discretisation < -GAP:
             most = self.kinematic_multiplier
             much = f"{-self.discretisation:.1e} too much" if np.isnan(most) else f"whole faces carry at most {most:.6g}"

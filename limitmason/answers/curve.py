@@ -158,6 +158,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
 
         That is one whose displacements and loads are both negative, but for a hundredth of their range.
         """
+        # of displacement and load: the least, and the largest value
         lowest, highest = (np.array([f(c) for c in (self.displacement, self.load)]) for f in (np.min, np.max))
         other_way = ((lowest < 0.0) & (highest <= -_REST * lowest)).all()
         return -1.0 if other_way else 1.0
@@ -221,9 +222,9 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         return (high - low) * top.load / (second - first)
 
     def _crossing(self, load: float, last: int) -> float:
-        """Displacement at which ``load`` is first reached, up to the sample ``last``.
+        """Displacement at which ``load`` is first reached on the way up to sample ``last``.
 
-        That sample is the peak.
+        That sample is a peak, of at least that load.
         """
         reached = np.flatnonzero(self._sense * (self.load[: last + 1] - load) >= 0.0)
         k = int(reached[0])

@@ -38,17 +38,17 @@ Solve = Callable[..., Prediction]
 
 
 def settings_of(name: str, *functions: Callable, without: tuple[str, ...] = ()) -> type:
-    """A frozen dataclass of keyword-only parameters of functions, with their defaults.
+    """A frozen dataclass whose fields are the keyword-only parameters of functions, with their defaults.
 
-    The functions stay the one home of names and defaults. Of two that share a name the first counts.
+    Names and defaults are then written in the functions alone. Where two functions share a name the first counts.
 
     Parameters
     ----------
     name : of the dataclass
     functions : whose keyword-only parameters become fields
-    without : parameters that this method does not take
+    without : names of parameters that become no fields, as the method does not take them
     """
-    entries: dict[str, tuple[str, Any, Any]] = {}
+    entries: dict[str, tuple[str, Any, Any]] = {}  # name, type and default of every field, by name
     for function in functions:
         for p in inspect.signature(function).parameters.values():
             if p.kind is p.KEYWORD_ONLY and p.name not in without and p.name not in entries:

@@ -80,6 +80,7 @@ class Reference:
     def __str__(self) -> str:
         """One line for a list of references."""
         names = ", ".join(a.replace(", ", " ", 1).replace(". ", ".") for a in self.authors)  # "Surname A.B."
+        # without a year a colon ends the names; without both the title begins the line
         head = f"{names} ({self.year})".strip() if self.year else names and f"{names}:"
         volume = self.volume + (f"({self.number})" if self.number else "")
         published = " ".join(p for p in (self.published_in, volume) if p)

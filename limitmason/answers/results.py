@@ -144,9 +144,9 @@ NO_TILT = "no tilt angle because"
 
 
 def flags(moved: Mapping[str, Array], joints: Sequence[str], least: float) -> dict[str, float]:
-    """What every joint does: 1 for its largest movement, 0 for others.
+    """What every joint does, by "movement joint": 1 for its largest movement, 0 for others.
 
-    Names are "movement joint". All are 0 for a joint that does not move by more than the least.
+    All are 0 for a joint that does not move by more than ``least``.
 
     Parameters
     ----------
@@ -389,7 +389,7 @@ class Prediction(Displayed, Citable, ReadOnly):
         return "\n".join(lines)
 
     def _certificate_rows(self) -> list[str]:
-        """The certificate in words, of a settlement with the reaction for multipliers."""
+        """Lines of the certificate; for a support that settles, bounds of its reaction in place of multipliers."""
         rows = str(self.certificate).splitlines()
         if self.reaction is None or math.isnan(self.reaction.by_forces):
             return rows

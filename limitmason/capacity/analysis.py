@@ -187,11 +187,12 @@ def pushover(
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
     settles = to == 0.0 and not loads.live.any() and control == "live"
-    loads = replace(loads, live=loads.dead, live_arms=loads.dead_arms) if settles else loads  # of multiplier 0
+    # the dead load alone: it stands in for a live one, which a control needs, at multiplier 0
+    loads = replace(loads, live=loads.dead, live_arms=loads.dead_arms) if settles else loads
     assembly, loads, control = as_one_assembly(assembly, loads, control)
     assembly, loads, moving = with_moving_support(assembly, loads, control, to)
     if initial is not None:
-        refuse_with_initial(deforming, not (gaps is None and start is None and moving is None))
+        refuse_with_initial(deforming, not_as_built=not (gaps is None and start is None and moving is None))
     plane, stress = followed_in(assembly, loads, blocks, stress, anew=anew and initial is None)
     points, of_points = points_of_path(assembly, plane, contact_model, grid, initial)
     if plane is None:
@@ -205,7 +206,7 @@ def pushover(
     row, ratio = control_row(assembly, control, basis, free, loads.live @ basis * free)
     misfit = of_gaps(points, gaps) if initial is None else of_forces(points, initial, kn, ks)
     named = (assembly.arrays.normal_stiffness > 0.0) | (stiffness is not None)
-    few = stiffness_warnings(assembly, points, named)
+    too_stiff = stiffness_warnings(assembly, points, named)
     firm, shapes = firmness(assembly, loads), None
     points, first = _framed(assembly, points, kn, ks, misfit, None if contacts == FIRST else firm)
     if anew:
@@ -219,21 +220,21 @@ def pushover(
     structure = Structure(assembly, loads, first, weight, size, length, deformation=bent, tie_stiffness=ties.stiffness)
     generations, origin = Generations(shapes, equations, [structure]), at_rest(assembly.n_blocks)
     if initial is None:
-        generations, nodes, origin = begin(generations, start, say, None if moving is None else 0.0, ratio)
+        generations, nodes, origin = begin(generations, start, say, held=None if moving is None else 0.0, ratio=ratio)
     else:
         nodes = begun_with(generations.systems[0], initial, to, ratio, steps or Steps())
     if not nodes:
         return _falls(generations, warnings)
     if settles:
-        return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + few, unit=1.0)
+        return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + too_stiff, unit=1.0)
     if to is not None and finite("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
-    warnings += said + few + landed_warnings(generations, nodes)
+    warnings += said + too_stiff + landed_warnings(generations, nodes)
     warnings += branch_warnings(generations, nodes) if initial is None else []
     if initial is None and named.any():
-        warnings += _point_warnings(generations, nodes, contact_model, contact_model is None and grid is None)
+        warnings += _point_warnings(generations, nodes, contact_model, standard=contact_model is None and grid is None)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     if moving is not None:
         return certified_curve(generations, nodes, origin, status, warnings, unit=ratio)
@@ -284,17 +285,18 @@ def followed_in(
 def _framed(
     assembly: Assembly, points: ContactPoints, kn: Array, ks: Array, misfit: Array | None, firm: Index | None
 ) -> tuple[ContactPoints, PathContacts]:
-    """Points and first contacts, with frames carried by the firmer of two blocks.
+    """Points, and the same with law and stiffness, framed by the firmer of two blocks.
 
-    Without ``firm`` they are carried by block a, as in the DEM. Tension counts as in the DEM too: ft beyond the apex of
-    the cone is not cut.
+    Without ``firm`` frames are carried by block a, as in the DEM. Tension counts as in the DEM too: ft beyond the apex
+    of the cone is not cut.
 
     Parameters
     ----------
     assembly, points : the model, and its contact points carried by their block a
     kn, ks : stiffness of every interface [Pa/m], shape (k,)
-    misfit : what joints have to close of every point, as of :func:`first_contacts` [m], shape (m, c); None for none
-    firm : rank of every block, the higher the firmer, shape (n,); None as above
+    misfit : displacement of b against a in the reference pose, opening and along the tangents, which the springs have
+        to close [m], shape (m, c); None for joints that fit
+    firm : rank of every block, the higher the firmer, shape (n,); None for frames on block a
     """
     law, softens = interface_law(assembly.arrays, convex=False), softening_by_plastic_slip(assembly, kn, ks)
     first = first_contacts(points, law, kn, ks, misfit, softens)
@@ -306,21 +308,24 @@ def _framed(
 def _point_warnings(
     generations: Generations, nodes: list[Node], contact_model: str | None, standard: bool
 ) -> list[str]:
-    """Warnings of points that stand for faces, the standard ones or those of a rule, of a stiffness that was given.
+    """Warnings of what few points leave out of faces whose stiffness is named.
 
     Parameters
     ----------
     generations : contacts and equations of the path, part by part
     nodes : states of the path, in their order
-    contact_model : that was asked for; None for none
-    standard : whether the points are those that the joints need
+    contact_model : name of the points that the user asked for; None where he named none
+    standard : whether the points are those of :func:`.standard_points`, as neither model nor grid was given
     """
+    # other points were chosen with a grid, by whoever knows what he leaves out
     if not standard and contact_model != LOBATTO:
         return []
+    # joints that crush or break have many points on a side: only where their load is nearly reached is uncertain
     if weakening(generations.structures[0].assembly).any():
         return flat_top_warnings(nodes) if standard else []
     points = generations.structures[0].points
-    glued = points.components == 3 and standard_points(generations.structures[0].assembly, None)[1] is not None
+    # joints in space with cohesion or tension: only for these does the standard name a grid, of 7 x 7 points
+    glued = points.components == 3 and standard_points(generations.structures[0].assembly, plane=None)[1] is not None
     if not standard or glued:
         return edge_warnings(generations, nodes, "more points by grid=") + [GLUED_FACES] * (standard and glued)
     remedy = "contact_model='lobatto'"
@@ -332,14 +337,14 @@ def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, i
 
     Parameters
     ----------
-    free : degrees of freedom, shape (n, d)
-    moving : block and axis of a support that moves, which does not count
+    free : which degrees of freedom are free, shape (n, d)
+    moving : number of the block of a support that moves, which does not count, and its axis; None without one
     """
     mine: Flags = np.asarray(free.any(axis=1))
     if moving is not None:
         mine[moving[0]] = False
     dead, live = (float(np.linalg.norm(w[mine, :3], axis=1).mean()) for w in (loads.dead, loads.live))
-    # without dead loads forces count in the live ones
+    # without dead loads the mean live load is the unit of force
     return dead or live, float(np.median(np.cbrt(assembly.arrays.volume[mine])))
 
 
@@ -360,23 +365,23 @@ def _falls(generations: Generations, warnings: list[str]) -> PushoverCurve:
 
 
 def _equations(
-    assembly: Assembly, loads: Loads, s: Structure, *, plane: Plane | None, bent: CondensedShapes | None, **given: Any
+    assembly: Assembly, loads: Loads, s: Structure, *, plane: Plane | None, bent: CondensedShapes | None, **options: Any
 ) -> System:
-    """Equations of a structure.
+    """Equations of a structure with its present contacts, joint law and loads.
 
     It is a function of the module and no closure, so that a curve can be sent to other processes.
 
     Parameters
     ----------
-    s : contact points with their law
+    s : the structure, of which only the contact points with their law are read
     plane : in which blocks move; None in space
     bent : shapes of blocks that deform; None for rigid blocks
-    given : options of :class:`System`
+    options : ``control``, ``weight``, ``size``, ``length`` and ``ties`` of :class:`System`, the same for all contacts
     """
     p = s.points
     bodies = make_bodies(assembly, p, plane, bent)
     return System(
         bodies, ElastoplasticLaw(p.law, p.kn, p.ks, p.softening),
         PathLoads.of(loads, bodies.basis, bodies.free, None if bent is None else bent.gradients),
-        springs=np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, **given,
+        springs=np.zeros((assembly.n_blocks, 0)) if bent is None else bent.stiffness, **options,
     )

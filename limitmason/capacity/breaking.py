@@ -66,39 +66,39 @@ def brittle(system: System) -> bool:
 
 
 def overload(system: System, old: PlasticHistory, displacement: Array, stress: Array, new: PlasticHistory) -> Array:
-    """Opening or slip beyond the strength of points that would break, over the elastic one at the strength, (m,).
+    """Opening or slip of the points beyond strength, over the elastic one there, (m,).
 
-    By opening (w - lift - t / kn) / (t / kn), by slip p / (c / ks), with t and c at peak; the larger of both [-]. It is
+    By opening (w - lift - t / kn) / (t / kn), by slip p / (c / ks), with t and c at peak; the larger of both. It is
     negative below the strength, and minus infinity where nothing can break.
 
     Parameters
     ----------
     system : equations of the step, with the law of its points
     old : history that the state was reached from
-    displacement : of the points in the state [m], (m, c)
-    stress : [Pa], (m, c)
+    displacement : (w, e...) of b against a in the state, opening positive [m], (m, c)
+    stress : (N, T...) in the state, compression positive [Pa], (m, c)
     new : history of the state
     """
     law, softening = system.law, system.law.softening
     assert softening is not None
     damage = np.broadcast_to(np.asarray(old.damage), law.kn.shape)
     s = law.strength_at(damage)
-    least = SHORTEST * system.length
+    least = SHORTEST * system.length  # opening or slip [m] that an overload is taken of, at least
     opening = displacement[:, 0] - new.lift - s.tension / law.kn
-    tried, free = trial(law, old, displacement), law.kn * (new.lift - displacement[:, 0])
-    slid = slip_under_strength(law, s, old, tried[:, 1:], free, np.linalg.norm(new.slip - old.slip, axis=1))
-    spare = np.linalg.norm(stress[:, 1:], axis=1) - np.maximum(s.shear_strength(stress[:, 0]), 0.0)
+    tried, unlimited = trial(law, old, displacement), law.kn * (new.lift - displacement[:, 0])  # [Pa]
+    slid = slip_under_strength(law, s, old, tried[:, 1:], unlimited, np.linalg.norm(new.slip - old.slip, axis=1))
+    beyond = np.linalg.norm(stress[:, 1:], axis=1) - np.maximum(s.shear_strength(stress[:, 0]), 0.0)
     # an open point has no shear strength that slip could break, nor one beyond the tip of the cone
-    # a point that does not slide is below its strength by its spare shear over its spring
+    # a point that does not slide is below its strength: ``beyond`` is negative, and over its spring a slip that lacks
     bears = (stress[:, 0] > -s.tension) & s.bears_shear(stress[:, 0])
     # slip ends at the tip, however little it was: how far that is passed tells where it broke
-    past = np.maximum(-s.shear_strength(free), 0.0) / law.ks
+    past = np.maximum(-s.shear_strength(unlimited), 0.0) / law.ks
     slid = np.where(slid > _SLIPS * s.cohesion / law.ks, slid + past, 0.0)
-    sliding = np.where(slid > 0.0, slid, np.where(bears, np.minimum(spare / law.ks, 0.0), _NEVER))
-    by_opening, by_slip = softening.sudden
-    over = np.where(by_opening, opening / np.maximum(law.strength.tension / law.kn, least), _NEVER)
-    other = np.where(by_slip, sliding / np.maximum(law.strength.cohesion / law.ks, least), _NEVER)
-    return np.where(damage < 1.0, np.maximum(over, other), _NEVER)
+    sliding = np.where(slid > 0.0, slid, np.where(bears, np.minimum(beyond / law.ks, 0.0), _NEVER))
+    opens, slides = softening.sudden  # whether opening, and whether slip, breaks a point at once
+    over_opening = np.where(opens, opening / np.maximum(law.strength.tension / law.kn, least), _NEVER)
+    over_slip = np.where(slides, sliding / np.maximum(law.strength.cohesion / law.ks, least), _NEVER)
+    return np.where(damage < 1.0, np.maximum(over_opening, over_slip), _NEVER)
 
 
 def weakened(history: PlasticHistory, rows: Index) -> PlasticHistory:
@@ -122,7 +122,7 @@ def worst_of(over: Array) -> Index:
 def overload_of(system: System, old: PlasticHistory, node: Node) -> Array:
     """Overload of the points in a node that was reached from history ``old`` [-], shape (m,), see :func:`overload`."""
     apart = contact(system.bodies, node.pose).displacement
-    return overload(system, old, apart, node.force / system.bodies.area[:, None], node.history)
+    return overload(system, old, apart, stress=node.force / system.bodies.area[:, None], new=node.history)
 
 
 def _overload_at(system: System, old: PlasticHistory, at: Evaluated) -> Array:
@@ -133,9 +133,9 @@ def _overload_at(system: System, old: PlasticHistory, at: Evaluated) -> Array:
 def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple[Node | None, Index | None]:
     """End a step where its first point breaks, and tell which points then break.
 
-    Two states enclose that one. On the straight line between them each point comes to its strength somewhere: the first
-    to do so is closed in on, by the secant and every fourth time by halving. A state counts that only it is beyond its
-    strength in, by no more than ``_CLOSE``. Points that are alike to it to rounding in both states break with it.
+    A root of the overload over the control displacement, between ``low`` without and ``high`` with a point beyond its
+    strength. By the secant and every fourth time by halving it comes to a state in which the first point alone is
+    beyond, by no more than ``_CLOSE``. Points that are alike to it to rounding at both ends break with it.
 
     Where all states before it are below the strength, the far end may lie on another branch: it is found anew from
     the last of them, and where no point is beyond its strength then, that is the end of the step.
@@ -152,14 +152,14 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
     The state, and the rows of points that break at it. No state where a shorter step is not found, no rows where no
     point breaks.
     """
-    above = overload_of(system, last.history, new)
+    above = overload_of(system, last.history, new)  # overloads at ``high``, and ``below`` those at ``low``, (m,)
     if not (above > _ALIKE).any():
         return new, None
     if new.jump:
         return new, worst_of(above)
     # a point at its strength already would leave the secant no room: it counts as just below
     below = np.minimum(overload_of(system, last.history, low), -_ALIKE)
-    high, left, after = new, None, low
+    high, dropped, latest = new, None, low  # dropped: control and overloads of the end that was replaced last
     for k in range(_CUTS):
         first, rest = _first(below, above)
         width = high.control - low.control
@@ -172,11 +172,11 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
         share = 0.5
         if k % _HALVED < _HALVED - 1:
             share = _aimed(below, above, first, rest)
-            if left is not None and abs(after.control - left[0]) < abs(width):
-                # the last two states are nearer to each other than those that enclose it: their secant is truer
-                at, came = (below if after is low else above)[first[0]], left[1][first[0]]
-                rise = (at - came) / (after.control - left[0]) * width if np.isfinite([at, came]).all() else 0.0
-                onward = (0.5 * _CLOSE - at) / rise + (after is high) if rise > 0.0 else -1.0
+            if dropped is not None and abs(latest.control - dropped[0]) < abs(width):
+                # the last two states are nearer to each other than both ends: their secant to 0.5 _CLOSE is truer
+                at, came = (below if latest is low else above)[first[0]], dropped[1][first[0]]
+                rise = (at - came) / (latest.control - dropped[0]) * width if np.isfinite([at, came]).all() else 0.0
+                onward = (0.5 * _CLOSE - at) / rise + (latest is high) if rise > 0.0 else -1.0  # share from ``low``
                 share = onward if 0.0 < onward < 1.0 else share
         doubted = high is new and k == _SURE
         inside = float(np.clip(share, _INSIDE, 1.0 - _INSIDE))
@@ -190,10 +190,10 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
             return tried, None
         if (found > 0.0).any():
             # an end found anew and the old one are at one displacement: no secant goes through them
-            left, high, above = None if doubted else (high.control, above), tried, found
+            dropped, high, above = None if doubted else (high.control, above), tried, found
         else:
-            left, low, below = (low.control, below), tried, np.minimum(found, -_INSIDE * _ALIKE)  # as just below
-        after = tried
+            dropped, low, below = (low.control, below), tried, np.minimum(found, -_INSIDE * _ALIKE)  # as just below
+        latest = tried
     # where the state leaps there is none just at the strength: the leap is part of the jump
     return high._replace(jump=True), worst_of(above)
 
@@ -249,8 +249,8 @@ def foreseen(
 ) -> tuple[Node | None, Index | None]:
     """The state at which the first point breaks and the points that do, where that is foreseen within a step.
 
-    Each point comes to its strength somewhere on the straight way to the guess, and then to what is found there. A step
-    ends a little beyond the first of these places: one to the guess would go far beyond it.
+    On the straight line to the guess overloads tell where the first point comes to its strength. A step goes a little
+    beyond that place; where no point breaks yet it is told anew on the line through what was found.
 
     Parameters
     ----------
@@ -290,21 +290,21 @@ def between(last: Node, far: Node, target: float) -> tuple[Pose, float]:
 
 
 def released(system: System, node: Node, rows: Index, ratio: float, target: float | None) -> Node | None:
-    """The state after points have broken, and those that their load then breaks.
+    """The state after points have broken, and those that are overloaded by it.
 
     Points whose overload is near the largest break together; the rest is solved again, until no point is overloaded.
     Where no equilibrium is found, viscous sub-steps tell whether the blocks come to rest.
 
     Parameters
     ----------
-    system : equations of the path's blocks and points
-    rows : the points that break first
+    system, node : equations of the path's blocks and points, and the state at which points break
+    rows : numbers of the points that break first
     ratio : work of the live load per control displacement [N], for programs
-    target : control displacement that is held [m]; None for the multiplier
+    target : control displacement that is held [m]; None to hold the multiplier instead
 
     Returns
     -------
-    the node, a jump whose ``broken`` are the points; None where no equilibrium is found
+    the node, a jump whose ``broken`` are all points that broke; None where no equilibrium is found
     """
     history, broken = weakened(node.history, rows), [rows]
     pose, multiplier, programs = node.pose, node.multiplier, 0
@@ -345,7 +345,7 @@ def _solved(
     system, node : equations of the path, and the state from which the first points broke
     history : with the damage of the points that broke so far
     pose, multiplier : guess of the state, for descent; programs find their way from ``node``
-    target : control displacement that is held [m]; None for the multiplier
+    target : control displacement that is held [m]; None to hold the multiplier instead
     ratio : work of the live load per control displacement [N]
     """
     for by_descent in (True, False) if descent_first(system) else (False, True):
@@ -376,7 +376,7 @@ def _fallen(
     history : with the damage of all that broke so far
     broken : numbers of the points that broke, a list by round; more are added
     ratio : work of the live load per control displacement [N]
-    target : control displacement that is held [m]; None for the multiplier
+    target : control displacement that is held [m]; None to hold the multiplier instead
     programs : cone programs that were solved before
 
     Returns

@@ -127,8 +127,8 @@ def equilibrium(s: Structure, at: PathState, found: StateForces | None = None) -
     """
     p = s.points
     components, _, place = found or forces(s, at)
-    local = np.einsum("mc,mci->mi", components, p.directions)
-    force = np.einsum("mij,mj->mi", at.turn[p.block_a] + np.eye(3), local)
+    local = np.einsum("mc,mci->mi", components, p.directions)  # reference axes of block a
+    force = np.einsum("mij,mj->mi", at.turn[p.block_a] + np.eye(3), local)  # global axes
     carried = placed(s, at)
     total = s.loads.wrench_at("dead", carried) + at.multiplier * s.loads.wrench_at("live", carried)
     centroid = s.assembly.centroids + at.shift
@@ -136,7 +136,7 @@ def equilibrium(s: Structure, at: PathState, found: StateForces | None = None) -
         moment = np.cross(place - centroid[block], force)
         np.add.at(total, block, sign * np.concatenate([force, moment], axis=1))
     if s.assembly.ties:
-        x, rows = s.assembly.links, slice(len(s.assembly.interfaces), None)
+        x, rows = s.assembly.links, slice(len(s.assembly.interfaces), None)  # links are the joints, then the ties
         pulls, end_a, end_b, along = tensions(s, at)
         for block, sign, end in ((x.block_a[rows], 1.0, end_a), (x.block_b[rows], -1.0, end_b)):
             pull = sign * pulls[:, None] * along
@@ -158,47 +158,52 @@ def equilibrium(s: Structure, at: PathState, found: StateForces | None = None) -
 def damage_error(s: Structure, before: PathState, after: PathState, old: StateForces, new: StateForces) -> float:
     """Departure of the damage after a step from what the law asks for [-], see :class:`StepCertificate`.
 
-    ``old`` and ``new`` are the :func:`forces` of both states.
+    The law asks for max(h_before, rate_opening x) + rate_slip p, at most 1: x the opening beyond the strength at the
+    end, p the slip of the step that met a shear strength. Over a sudden loss it limits x and p instead.
 
     Parameters
     ----------
     s : the model with its contact points
     before, after : states at the ends of the step
+    old, new : the :func:`forces` of both states
     """
     p = s.points
     if not p.softens:
         return 0.0
-    (began, from_, _), (components, apart, _) = old, new
+    (old_force, old_apart, _), (new_force, new_apart, _) = old, new
     grown = np.asarray(after.damage) - before.damage
     now = strength(s, after)
-    beyond = beyond_strength(s, after, apart)
+    beyond = beyond_strength(s, after, new_apart)
     # beyond the tip of the cone there is no shear strength that slip could break: it counts up to where that is passed
-    end = components[:, 0] / p.area
-    at_tip = np.abs(now.shear_strength(end)) <= AT_THE_TIP * now.cohesion
-    all_of_it = now.bears_shear(end) | at_tip
-    first, last = (now.shear_strength(n) for n in (began[:, 0] / p.area, p.kn * (after.lift - apart[:, 0])))
-    share = np.maximum(first, 0.0) / np.where(all_of_it, 1.0, np.maximum(first, 0.0) - last)
-    until = from_[:, 1:] + share[:, None] * (apart - from_)[:, 1:]
-    slid = np.linalg.norm(np.where(all_of_it[:, None], after.slip, until) - before.slip, axis=1)
-    at_once = p.by_opening >= SUDDEN, p.by_slip >= SUDDEN
-    opening, slip = (np.where(a, 0.0, r) for a, r in zip(at_once, (p.by_opening, p.by_slip), strict=True))
-    least = np.minimum(np.maximum(before.damage, opening * beyond), 1.0)
-    asked = np.minimum(least + slip * slid, 1.0)
+    normal = new_force[:, 0] / p.area
+    at_tip = np.abs(now.shear_strength(normal)) <= AT_THE_TIP * now.cohesion
+    all_counts = now.bears_shear(normal) | at_tip
+    # shear strengths at the start and, without a limit of the pull, at the end: where they fall to nothing the tip is
+    # passed, at this share of the step, and without shear slip and shear displacement are one
+    unlimited = p.kn * (after.lift - new_apart[:, 0])
+    first, last = (now.shear_strength(n) for n in (old_force[:, 0] / p.area, unlimited))
+    share = np.maximum(first, 0.0) / np.where(all_counts, 1.0, np.maximum(first, 0.0) - last)
+    slip_at_tip = old_apart[:, 1:] + share[:, None] * (new_apart - old_apart)[:, 1:]
+    slid = np.linalg.norm(np.where(all_counts[:, None], after.slip, slip_at_tip) - before.slip, axis=1)
+    sudden_opening, sudden_slip = p.by_opening >= SUDDEN, p.by_slip >= SUDDEN
+    rate_opening, rate_slip = np.where(sudden_opening, 0.0, p.by_opening), np.where(sudden_slip, 0.0, p.by_slip)
+    least = np.minimum(np.maximum(before.damage, rate_opening * beyond), 1.0)
+    asked = np.minimum(least + rate_slip * slid, 1.0)
     # where damage has brought the tip to the tension, a part of the slip has done it: the rest met no strength
     # so that between ``least`` and ``asked`` any damage is right there; elsewhere too much and too little both count
     off = np.maximum(np.maximum(np.where(at_tip, least, asked) - after.damage, after.damage - asked), 0.0)
-    reach, give = (np.maximum(x, SHORTEST * s.length) for x in (p.law.tension / p.kn, p.law.cohesion / p.ks))
-    # of points that break at once the overload is limited, as far as they are not broken yet
-    whole = np.asarray(after.damage) < 1.0
-    over = np.maximum(np.where(at_once[0] & whole, beyond / reach, 0.0), np.where(at_once[1] & whole, slid / give, 0.0))
+    # of points that break at once the opening and slip beyond the strength are limited, over the elastic ones there
+    opening, slip = (np.maximum(x, SHORTEST * s.length) for x in (p.law.tension / p.kn, p.law.cohesion / p.ks))
+    whole = np.asarray(after.damage) < 1.0  # what has broken may open and slide
+    over = np.maximum(
+        np.where(sudden_opening & whole, beyond / opening, 0.0), np.where(sudden_slip & whole, slid / slip, 0.0)
+    )
     error = np.maximum(off, np.maximum(over - WITHIN, 0.0))
-    return float(np.maximum(error, -grown).max(initial=0.0))
+    return float(np.maximum(error, -grown).max(initial=0.0))  # damage never falls
 
 
 def certify(s: Structure, before: PathState, after: PathState, jump: bool = False) -> tuple[StepCertificate, Balance]:
     """Certificate and energy of the step from one state to the next.
-
-    A ``jump`` need not meet every condition.
 
     Parameters
     ----------
@@ -228,7 +233,7 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     limit = np.maximum(law.shear_strength(new[:, 0]), 0.0)
     power = limit * size + (new[:, 1:] * slip).sum(axis=1)
     against = float(np.abs(power).max(initial=0.0)) / (s.weight * length)
-    # of every point [J], by the forces at the end of the step: judged by its sign, which no point may turn
+    # loss of every point [J], by the forces at the end of the step: none may be negative
     end_loss = -(new[:, 1:] * slip).sum(axis=1) - new[:, 0] * lift
     # plastic work by the trapezoidal rule: the error of the balance is then of third order in the step
     mean = 0.5 * (old + new)
@@ -236,8 +241,8 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     broken = _released(s, before, after, first.apart, last.apart)
     if s.assembly.ties:
         pulled, pulls = tensions(s, before)[0], tensions(s, after)[0]
-        most = np.array([t.strength for t in s.assembly.ties])
-        more = after.stretched - before.stretched
+        most = np.array([t.strength for t in s.assembly.ties])  # [N]
+        more = after.stretched - before.stretched  # plastic elongation in the step [m]
         excess = max(excess, float((pulls - most).max()) / s.weight)
         against = max(against, float((np.abs(more) * np.abs(most - pulls)).max()) / (s.weight * length))
         end_loss = np.append(end_loss, pulls * more)
@@ -265,7 +270,7 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
             equilibrium=off, excess=excess, flow=flow, against=against, dissipation=least, energy=error, jump=False,
             damage=damage_error(s, before, after, first, last),
         ),
-        Balance(live, dead, change, lost, broken),
+        Balance(live=live, dead=dead, stored=change, lost=lost, broken=broken),
     )
 
 
@@ -300,8 +305,8 @@ def _released(s: Structure, before: PathState, after: PathState, began: Array, a
 def work_of_loads(s: Structure, case: str, before: PathState, after: PathState) -> float:
     """Work of the dead or live loads from one state to the next [J].
 
-    Forces work along the ways of their points, f . (dx + d(R (1 + G)) r), couples, moments without arms, along small
-    spins.
+    Forces f work along the ways of their points, f . (dx + d(R (1 + G)) r); moments beside those of their arms r are
+    couples, which work along the small spins of the step.
 
     Parameters
     ----------
@@ -312,8 +317,8 @@ def work_of_loads(s: Structure, case: str, before: PathState, after: PathState) 
     wrench, arms = getattr(s.loads, case), getattr(s.loads, f"{case}_arms")
     motion = np.concatenate([after.shift - before.shift, _spins(before.turn, after.turn)], axis=1)
     couples = np.hstack([wrench[:, :3], wrench[:, 3:] - axial(arms)])
-    ways = np.einsum("nij,nji->n", placed(s, after) - placed(s, before), arms)
-    return float((couples * np.where(s.assembly.held, 0.0, motion)).sum() + ways.sum())
+    by_arms = np.einsum("nij,nji->n", placed(s, after) - placed(s, before), arms)  # arms are sums of r f^T
+    return float((couples * np.where(s.assembly.held, 0.0, motion)).sum() + by_arms.sum())
 
 
 def _spins(before: Array, after: Array) -> Array:

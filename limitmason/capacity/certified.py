@@ -29,10 +29,10 @@ NEARLY = 0.98
 """Part of the first limit load whose displacement is looked at [-]: chosen."""
 
 WITHIN = 1e-3
-"""Width about it, of the load, over which the displacement may change little [-]: chosen."""
+"""Change of the load about ``NEARLY`` of it, for which the displacement is asked [-]: chosen."""
 
 FLAT = 0.02
-"""Part of the displacement by which it may change over that width without a warning [-]: chosen."""
+"""Part of a displacement that may hang on a change of the load by ``WITHIN`` without a warning [-]: chosen."""
 
 
 def certified_curve(
@@ -67,6 +67,7 @@ def certified_curve(
         before = generations.begun(node)
         certificate, balance = certify(structures[after.generation], state(before), state(after), after.jump)
         certificates.append(certificate)
+        # what finding contacts anew changed in the stored energy counts to the step that begins with them
         balances.append(balance._replace(stored=balance.stored + generations.changed(node)))
     table = np.array(balances)
     # columns are those of ``Balance``; errors are over the work that all steps did
@@ -109,12 +110,13 @@ def certified_curve(
 
 def _told_of_flat_top(curve: PushoverCurve) -> str:
     """Warning where the displacement near the first limit point hangs on the last digits of the load, or ""."""
-    # a curve without such a point, or one that begins so near to it, has no displacement there to tell of
+    # a curve without a limit point, or one that begins near to its load, has no displacement there to tell of
     top = curve.first_limit_point
     if top is None or curve.toward * top.load <= 0.0 or curve.load[0] / top.load > NEARLY - WITHIN:
         return ""
+    # displacements [m] at which the load first comes to these parts of the limit load
     before, at, after = (curve._crossing(x * top.load, top.index) for x in (NEARLY - WITHIN, NEARLY, NEARLY + WITHIN))
-    wide = max(abs(after - at), abs(at - before))  # [m]
+    wide = max(abs(after - at), abs(at - before))
     if wide <= FLAT * abs(at):
         return ""
     return (
@@ -124,7 +126,7 @@ def _told_of_flat_top(curve: PushoverCurve) -> str:
 
 
 def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]) -> tuple[Break, ...]:
-    """What broke at once: of every node with broken points its sample, joints, number of points and energy [J].
+    """What broke at once, a :class:`Break` for every node with broken points.
 
     Parameters
     ----------
@@ -134,13 +136,13 @@ def _breaks(generations: Generations, nodes: list[Node], balances: list[Balance]
     """
     found = []
     for k, node in enumerate(nodes):
-        if node.broken is None or k == 0:
+        if node.broken is None or k == 0:  # what broke on the way to sample 0 is no step of this curve
             continue
         p = generations.structures[node.generation].points
         rows, blocks = node.broken, generations.structures[0].assembly.blocks
         pairs = zip(p.block_a[rows].tolist(), p.block_b[rows].tolist(), strict=True)
         joints = dict.fromkeys(f"{blocks[min(a, b)].name} - {blocks[max(a, b)].name}" for a, b in pairs)
-        found.append(Break(k, tuple(joints), len(rows), balances[k].jumped))
+        found.append(Break(sample=k, joints=tuple(joints), points=len(rows), energy=balances[k].jumped))
     return tuple(found)
 
 
@@ -155,9 +157,9 @@ def _returned(generations: Generations, nodes: list[Node]) -> str:
     for k, node in enumerate(nodes):
         s = generations.structures[node.generation]
         p = s.points
-        # points found anew have a lift from elsewhere
+        # points found anew took over the lift of others, and their two material points do not meet along the tangents
         aside = np.einsum("mci,mi->mc", p.directions[:, 1:], p.place_b - p.place_a)
-        own = np.abs(aside).max(axis=1) < 1e-9 * s.size  # at one place but for rounding
+        own = np.abs(aside).max(axis=1) < 1e-9 * s.size  # 0 but for rounding
         back = np.flatnonzero(own & slid_back(p.law.tan_psi, PlasticHistory(node.history.slip, node.history.lift)))
         if len(back):
             a, b = (s.assembly.blocks[i].name for i in (p.block_a[back[0]], p.block_b[back[0]]))
@@ -176,7 +178,7 @@ def _through(generations: Generations, nodes: list[Node]) -> str:
     generations : contacts and equations of the path, part by part
     nodes : states of the path, in their order
     """
-    # blocks that have gone through each other stay so: the first such sample is found by bisection
+    # blocks that have gone through each other are taken to stay so: the first such sample is found by bisection
     low, high = -1, len(nodes) - 1
     if not (met := generations.through(nodes[high])):
         return ""
@@ -198,13 +200,15 @@ def _stayed(generations: Generations, nodes: list[Node]) -> str:
     for k, node in enumerate(nodes):
         s = generations.structures[node.generation]
         p = s.points
+        # size of the joint of every point, of a block for points between blocks that had none [m]
         joined = p.interface >= 0
         size = np.full(p.count, s.size)
         size[joined] = np.sqrt(s.assembly.arrays.area[p.interface[joined]])
+        # a point that no face is known of has gone as far as it slid, another as far as it lies outside its face [m]
         far = np.where(p.face < 0, np.linalg.norm(node.history.slip, axis=1), 0.0)
         if generations.shapes is not None:
             far = np.maximum(far, outside(generations.shapes, p, node.pose))
-        far[node.force[:, 0] <= 0.0] = 0.0
+        far[node.force[:, 0] <= 0.0] = 0.0  # where a point that bears nothing is does not matter
         worst = int((far / size).argmax())
         if far[worst] > WANDERED * size[worst]:
             a, b = (s.assembly.blocks[i].name for i in (p.block_a[worst], p.block_b[worst]))

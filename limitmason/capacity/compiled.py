@@ -60,16 +60,20 @@ def contact(
 
 @njit(cache=True, error_model="numpy")
 def point_wrenches(directions: Array, arm_a: Array, arm_b: Array, basis: Array, out: Array) -> None:
-    """Write the wrenches of unit forces on both blocks of every point.
+    """Write the wrenches of unit forces on both blocks of every point, opposite on a.
 
-    ``out`` has shape (m, c, 2, d), block a first; ``basis`` (6, d) projects on the degrees of freedom.
+    Parameters
+    ----------
+    directions, arm_a, arm_b : as turned now, see the module
+    basis : (force, moment) of every degree of freedom, shape (6, d)
+    out : written: (-n, -r_a x n) and (n, r_b x n) of every direction n times the basis, shape (m, c, 2, d), a first
     """
     for m in range(len(directions)):
         for c in range(directions.shape[1]):
             x, y, z = directions[m, c]
             for side in range(2):
                 u, v, w = arm_b[m] if side else arm_a[m]
-                k, o, n = v * z - w * y, w * x - u * z, u * y - v * x
+                k, o, n = v * z - w * y, w * x - u * z, u * y - v * x  # moment, arm x direction
                 sign = 1.0 if side else -1.0
                 for j in range(basis.shape[1]):
                     force = x * basis[0, j] + y * basis[1, j] + z * basis[2, j]
@@ -106,19 +110,20 @@ def returned(
 
     Parameters
     ----------
-    strength : tan(phi), tan(psi), cohesion, tension and crushing strength
-    tangent : written unless it is empty, shape (m, c, c) or (0, c, c)
-    floor : share of the elastic stiffness left in the tangent
+    strength : tan(phi), tan(psi) [-], cohesion, tension and crushing strength [Pa], shape (m,) each
     kn, ks : [Pa/m], shape (m,)
+    floor : share of the elastic stiffness left in the tangent
     old_slip, old_lift : plastic slip and opening before the step [m], shapes (m, c - 1) and (m,)
-    displacement : of b against a [m], shape (m, c)
+    displacement : of b against a, opening positive [m], shape (m, c)
     stress : written, compression positive [Pa], (m, c)
-    slip, lift : written, plastic slip and opening [m]
+    slip, lift : written, plastic slip and opening after the step [m], shaped as before it
+    tangent : written unless it is empty: - d(stress) / d(displacement) [Pa/m], shape (m, c, c) or (0, c, c)
     """
     tan_phi, tan_psi, cohesion, tension, crushing = strength
     c = displacement.shape[1]
     along = np.empty(c - 1)
     for m in range(len(kn)):
+        # elastic trial: normal stress n0, shear of this size along the unit vector ``along``
         mu, psi, n0, size = tan_phi[m], tan_psi[m], kn[m] * (old_lift[m] - displacement[m, 0]), 0.0
         for j in range(c - 1):
             along[j] = ks[m] * (old_slip[m, j] - displacement[m, 1 + j])
@@ -144,14 +149,15 @@ def returned(
             normal = crushing[m]
             p = max(size - (cohesion[m] + mu * normal), 0.0) / ks[m]
             raised = displacement[m, 0] + normal / kn[m]
-        held = size - ks[m] * p
+        held = size - ks[m] * p  # shear that is left
         stress[m, 0], lift[m] = normal, raised
         for j in range(c - 1):
             stress[m, 1 + j] = held * along[j]
             slip[m, j] = old_slip[m, j] - p * along[j]
         if not len(tangent):
             continue
-        # derivatives of stress by displacement: of n first, then of the shears
+        # derivatives by displacement, as in point_law: of n first (``first`` by the opening), then of the shears, which
+        # follow n by ``slope`` on the cone, while n rises by ``flow`` per unit of shear stiffness as slip lifts
         cone = not apex and not tip and p > 0.0
         sliding = p > 0.0 or cohesion[m] + mu * normal <= 0.0
         share = held / max(size, 1e-300) if sliding else 1.0
@@ -224,7 +230,8 @@ def elements(
                     x = flat[m, h, i]
                     for j in range(2 * d):
                         own[i, j] -= x * stiff[j]
-        # as in geometric_stiffness, where only what moves or turns a block counts
+        # a, b are sums of F arm^T - (arm . F) 1 for the two blocks, ``turned`` is [total], as in geometric_stiffness;
+        # only what moves or turns a block counts
         turned[0, 1], turned[0, 2], turned[1, 2] = -total[2], total[1], -total[0]
         turned[1, 0], turned[2, 0], turned[2, 1] = total[2], -total[1], total[0]
         for j in spins:
@@ -290,19 +297,21 @@ def relative(block_a: Index, block_b: Index, wrenches: Array, motion: Array, out
 
 @njit(cache=True, error_model="numpy")
 def moved(motion: Array, shift: Array, turn: Array) -> None:
-    """Move blocks on, in place.
+    """Move n blocks on, in place.
+
+    With S + 1 the rotation of the step, R - 1 becomes R - 1 + S + S (R - 1).
 
     Parameters
     ----------
     motion : shift and rotation vector in global axes [m, rad], shape (n, 6)
-    shift : displacement of the centroids [m], (n, 3)
-    turn : rotation matrix less one, (n, 3, 3)
+    shift : changed, displacement of the centroids [m], (n, 3)
+    turn : changed, R - 1, rotation matrix less one, (n, 3, 3)
     """
     k, step, old = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
     for m in range(len(motion)):
         x, y, z = motion[m, 3], motion[m, 4], motion[m, 5]
         angle = np.sqrt(x * x + y * y + z * z)
-        # sin(a)/a and (1 - cos(a))/a^2, as in rotation_matrices
+        # S = sin(a)/a K + (1 - cos(a))/a^2 K^2, K the skew matrix of the rotation vector, as in rotation_matrices
         first = np.sin(angle) / angle if angle > 0.0 else 1.0
         half = np.sin(0.5 * angle) / (0.5 * angle) if angle > 0.0 else 1.0
         second = 0.5 * half * half

@@ -1,8 +1,10 @@
 """Compiled sums over the contact points of an interior path; see :mod:`limitmason.capacity.interior`.
 
 Forces are in mean block weights, displacements in elastic lengths. A point has c components, normal first. Rows are
-those of its spare strength, each of a point ``row[r]`` and of a sense ``sign[r]``: against opening, against crushing.
-``axes`` is any tuple of c numbers: its length is known to the compiler, which writes out the loops over components.
+those of its spare strength, bound + sign N, of a point ``row[r]``: ``sign[r]`` is 1 against opening, -1 against
+crushing. ``axes`` is any tuple of c numbers: its length is known to the compiler, which writes out the loops over
+components. Vectors of a point are pairs as in :class:`.interior.Inner`: (a, T), the limit of the shear and the shear,
+and (p, d), size and components of the slip.
 """
 
 import numpy as np
@@ -20,19 +22,19 @@ _BISECTIONS = 50
 def sheared(
     tried: Array, strength: Array, ks: Array, product: float, cone: Array, slid: Array
 ) -> None:
-    """Write limit of shear, shear and slip, (m, c), whose product is one value, from the shear without a limit.
+    """Write shear and slip of the smoothed Coulomb law, from the trial shear.
 
-    The smoothed Coulomb law of an interior path: with k the limit of the shear T, g = mu k / (k^2 - T^2) and the slip
-    is g T / k. The springs give T = T_trial - ks g T / k. As mu goes to zero, T < k means g = 0.
+    With a the limit of the shear T the slip has the size p = mu a / (a^2 - T^2), against the shear: d = -p T / a. The
+    springs give T = T_trial - ks p T / a. As mu goes to zero, T < a means p = 0.
 
     Parameters
     ----------
     tried : trial shear T_trial, components from 1 on, shape (m, c)
-    strength, ks : limit k and shear stiffness of every point, shape (m,)
-    product : mu
-    cone, slid : written: (k, T) and (g, -g T / k), shape (m, c)
+    strength, ks : limit a and shear stiffness of every point, shape (m,)
+    product : mu, the value of a p + T . d
+    cone, slid : written: (a, T) and (p, d), shape (m, c)
     """
-    # at T = 0 the slip is mu / k: it would be infinite at no limit, while at a kink both are of the size sqrt(mu)
+    # at T = 0 the slip is mu / a: it would be infinite at no limit, while at a kink both are of the size sqrt(mu)
     least = 1e-3 * np.sqrt(product)
     for m in range(len(strength)):
         most = max(strength[m], least)
@@ -40,7 +42,7 @@ def sheared(
         for j in range(1, tried.shape[1]):
             size += tried[m, j] * tried[m, j]
         size = np.sqrt(size)
-        # the shear is less than its limit by the same product; its equation has one root between
+        # |T| = held solves held (1 + ks mu / (a^2 - held^2)) = |T_trial|, which has one root between these
         low, high = 0.0, min(most, size)
         held, soft = 0.5 * high, ks[m] * product
         for _ in range(_BISECTIONS):
@@ -76,11 +78,11 @@ def linearised(
     axes : any tuple of c numbers
     laws : tan(phi), tan(psi) and shear strength at no pressure of every point, shapes (m,)
     stiff : normal and shear stiffness of every point, shape (m, c)
-    rows : point, sense and bound of every row of spare strength, shapes (r,)
-    state : normal force, (m,); (k, T), the limit of the shear and the shear, (m, c); (g, slip), (m, c); spare strength,
-        (r,); and the opening or crushing that goes with it, (r,)
+    rows : point, sign and bound of every row of spare strength, shapes (r,)
+    state : fields of ``interior.Inner`` in their order: normal force, (m,); (a, T), (m, c); (p, d), (m, c); spare
+        strength, (r,); and the opening or crushing that goes with it, (r,)
     elastic : forces without limits, shape (m, c)
-    linear : written, fields of ``interior._Linear`` in their order: inverse of the arrow matrix of (k, T), its product
+    linear : written, fields of ``interior._Linear`` in their order: inverse of the arrow matrix of (a, T), its product
         with that of the slip, stiffness of the points, (m, c, c) each; what springs lack, (m, c), what limits of shear
         lack, (m,), and what spare strengths lack, (r,)
     """
@@ -89,13 +91,14 @@ def linearised(
     normal, cone, slid, spare, given = state
     inverse, across, tangent, off, cone_off, lacks = linear
     m, c = len(cone), len(axes)
+    # of every point: opening less crushing, and the compliance that its rows of spare strength add
     lifted, soft = np.zeros(m), np.zeros(m)
     for r in range(len(row)):
         k = row[r]
         lifted[k] += sign[r] * given[r]
         soft[k] += given[r] / spare[r]
         lacks[r] = spare[r] - bound[r] - sign[r] * normal[k]
-    a, b = np.empty((c, c)), np.empty((c, c))
+    comp, unit = np.empty((c, c)), np.empty((c, c))
     for k in range(m):
         first = cone[k, 0]
         size = 0.0
@@ -116,35 +119,36 @@ def linearised(
             across[k, i, 0] = total
             for j in range(1, c):
                 across[k, i, j] = inverse[k, i, 0] * slid[k, j] + inverse[k, i, j] * slid[k, 0]
+        # compliance of the point, of slip that lifts by tan(psi) and is limited by tan(phi) N, springs and rows
         for i in range(c):
             for j in range(c):
-                a[i, j] = (1.0 if i else tan_psi[k]) * across[k, i, j] * (1.0 if j else tan_phi[k])
-                b[i, j] = 1.0 if i == j else 0.0
-            a[i, i] += 1.0 / stiff[k, i]
-        a[0, 0] += soft[k]
-        # inverse of a, by elimination with the largest pivot of a column
+                comp[i, j] = (1.0 if i else tan_psi[k]) * across[k, i, j] * (1.0 if j else tan_phi[k])
+                unit[i, j] = 1.0 if i == j else 0.0
+            comp[i, i] += 1.0 / stiff[k, i]
+        comp[0, 0] += soft[k]
+        # its inverse, by elimination with the largest pivot of a column
         for i in range(c):
             p = i
             for h in range(i + 1, c):
-                if abs(a[h, i]) > abs(a[p, i]):
+                if abs(comp[h, i]) > abs(comp[p, i]):
                     p = h
-            if a[p, i] == 0.0:
+            if comp[p, i] == 0.0:
                 return False
             for j in range(c):
-                a[i, j], a[p, j] = a[p, j], a[i, j]
-                b[i, j], b[p, j] = b[p, j], b[i, j]
+                comp[i, j], comp[p, j] = comp[p, j], comp[i, j]
+                unit[i, j], unit[p, j] = unit[p, j], unit[i, j]
             for h in range(i + 1, c):
-                f = a[h, i] / a[i, i]
+                f = comp[h, i] / comp[i, i]
                 for j in range(i, c):
-                    a[h, j] -= f * a[i, j]
+                    comp[h, j] -= f * comp[i, j]
                 for j in range(c):
-                    b[h, j] -= f * b[i, j]
+                    unit[h, j] -= f * unit[i, j]
         for i in range(c - 1, -1, -1):
             for j in range(c):
-                x = b[i, j]
+                x = unit[i, j]
                 for h in range(i + 1, c):
-                    x -= a[i, h] * tangent[k, h, j]
-                tangent[k, i, j] = x / a[i, i]
+                    x -= comp[i, h] * tangent[k, h, j]
+                tangent[k, i, j] = x / comp[i, i]
         off[k, 0] = (normal[k] - elastic[k, 0]) / stiff[k, 0] - (tan_psi[k] * slid[k, 0] + lifted[k])
         for j in range(1, c):
             off[k, j] = (cone[k, j] - elastic[k, j]) / stiff[k, j] - slid[k, j]
@@ -161,20 +165,20 @@ def freed(
     """Write steps of forces, slips and gaps in a pose that is held.
 
     Both products are linearised and aimed at ``aim``: spare d(given) + given d(spare) = aim - spare given, and cone o
-    d(slid) + slid o d(cone) = (aim, 0) - cone o slid. Here x o y = (x . y, x0 y' + y0 x'), cone is (k, T) and slid is
-    (g, slip). With forces held d(spare) = -lacks and d(cone) = (-cone_off, 0): hence the plus before both below. Forces
+    d(slid) + slid o d(cone) = (aim, 0) - cone o slid. Here x o y = (x . y, x0 y' + y0 x'), cone is (a, T) and slid is
+    (p, d). With forces held d(spare) = -lacks and d(cone) = (-cone_off, 0): hence the plus before both below. Forces
     follow from the displacements that the springs then lack.
 
     Parameters
     ----------
     axes : any tuple of c numbers
     tan_psi : dilatancy of every point, shape (m,)
-    row, sign : point and sense of every row of spare strength, shapes (r,)
+    row, sign : point and sign of every row of spare strength, shapes (r,)
     state, linear : as in :func:`linearised`
     aim : product that is aimed at, of spare strength and opening, and of the cone of friction and the slip
     second : whether the products of a first step are taken off: Mehrotra's corrector
-    first : that first step, laid out as ``state``: from 1 on cone, slid, spare and given
-    steps : written: forces, (m, c), (g, slip), (m, c), and openings or crushings as ``given``, (r,)
+    first : that first step, laid out as ``state``: from 1 on cone, slid, spare and given; not read unless ``second``
+    steps : written: forces, (m, c), (p, d), (m, c), and openings or crushings as ``given``, (r,)
     """
     force, slip, gap = steps
     _, cone, slid, spare, given = state
@@ -226,15 +230,16 @@ def stepped(
 ) -> float:
     """Write the step that goes with displacements of the points, and return its share to the edge of the law.
 
-    At that share the first point comes to its cone or the first row to nothing; infinite where none does.
+    At that share the first point comes to its cone or the first row to nothing; infinite where none does. To the steps
+    in a pose that is held the displacements add their part, by the tangent and by d(slid) / d(cone).
 
     Parameters
     ----------
     axes : any tuple of c numbers
     tan_phi : friction of every point, shape (m,)
-    row, sign : point and sense of every row of spare strength, shapes (r,)
+    row, sign : point and sign of every row of spare strength, shapes (r,)
     state, linear : as in :func:`linearised`
-    free : steps in a pose that is held, ``steps`` of :func:`freed`
+    free : steps in a pose that is held, ``steps`` of :func:`freed`: forces, slips and openings or crushings
     moved : displacements of the points by the step, shape (m, c)
     step : written, laid out as ``state``
     """

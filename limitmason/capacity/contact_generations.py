@@ -116,7 +116,8 @@ class Generations:
         self.structures.append(s._replace(points=found.contacts))
         self.systems.append(self.make(self.structures[-1]))
         history = found.history._replace(stretched=node.history.stretched)  # ties have no contacts: theirs stays
-        return node._replace(onward=Onward(len(self.structures) - 1, history, found.force, found.before))
+        newest = len(self.structures) - 1
+        return node._replace(onward=Onward(newest, history, found.force, before=found.before))
 
     def bonded(self, node: Node) -> str:
         """Which perfectly plastic joint is open and still bears cohesion or tension, "" where that does not matter.
@@ -137,7 +138,7 @@ class Generations:
         gap = np.where(bond, self.forces(node)[1][:, 0] - node.history.lift, 0.0)
         bears = np.linalg.norm(node.force, axis=1)
         turning = np.linalg.norm(node.force[:, 1:], axis=1) * np.maximum(gap, 0.0)
-        most = float((gap * (bears > 0.0)).max())
+        most = float((gap * (bears > 0.0)).max())  # largest opening of a point that bears [m]
         if most <= _OPEN * s.size and turning.sum() <= _TURNS * s.size * bears.sum():
             return ""
         k = int((gap * (bears > 0.0)).argmax())
@@ -203,6 +204,7 @@ class Generations:
         was = beside_faces(shapes, s.points, before.pose)
         # of points that were outside already no shorter step tells when they left
         left = far & (was > -shapes.step)
+        # by the straight line from ``was`` [m] inside to ``beyond`` outside, to a part of what is allowed
         share = (was + _MARGIN * most)[left] / (was + beyond)[left]
         return max(LEAST, float(share.min(initial=1.0)))
 
@@ -245,7 +247,9 @@ class Generations:
         return np.nan_to_num(told, nan=np.inf).tolist()
 
     def _tangent(self, node: Node, before: Node | None, move: float) -> tuple[float, float]:
-        """Slope of the multiplier [1/m] and speed of all blocks [-] over the control displacement.
+        """Slope of the multiplier [1/m] and speed of all blocks [-], by the tangent.
+
+        Both are per control displacement, and NaN where the tangent is singular.
 
         Parameters
         ----------
@@ -253,24 +257,28 @@ class Generations:
         move : control displacement over which the tangent is taken, signed [m]
         """
         since = None if before is None else before.pose
-        # poses are the same objects where the same sample is asked for again
+        # of a sample that is asked for again the poses are the same objects: its tangent is kept
         for pose, other, slope, speed in self.tangents:
             if pose is node.pose and other is since:
                 return slope, speed
         step = self.systems[node.generation].onward(self._reached(node, before), move)
+        # motion in own units and, last, multiplier, per control displacement [m]
         own = np.full(2, np.nan) if step is None else step / move
         slope, speed = float(own[-1]), float(np.linalg.norm(own[:-1])) * self.structures[0].length
         self.tangents.append((node.pose, since, slope, speed))
         return slope, speed
 
     def handed(self, before: Node, begun: Node, new: Node, toward: float) -> float:
-        """What contacts found anew at a step's start took off the load [-]: its fall that the new tangent leaves.
+        """What contacts found anew at the start of a step took off the load [-].
+
+        It is the fall in the step beyond that by the tangent of the new contacts, from 0 to the whole fall. It is 0
+        where no contacts were found anew, or the load rose.
 
         Parameters
         ----------
-        before, begun : node at the start, as it was reached and as the step begins
+        before, begun : node at the start, as it was reached, and with the new contacts with which the step begins
         new : node at the end
-        toward : sign of the load that pushes
+        toward : sign of the load in the sense in which it is pushed
         """
         fell = toward * (before.multiplier - new.multiplier)
         if before.onward is None or fell <= 0.0:
@@ -281,11 +289,12 @@ class Generations:
         return float(np.clip(fell + rises, 0.0, fell)) if np.isfinite(rises) else fell * new.jump
 
     def weakest_rise(self, nodes: list[Node], new: Node, move: float) -> float | None:
-        """Rise of the multiplier over a step by the weaker tangents at its ends [-].
+        """Rise of the multiplier over a step with the softer tangent of every point [-].
 
-        The weaker one of its two is taken of every point. It is None where one end has all the weaker tangents, and NaN
-        where their tangent is singular. Points that let go make a path less steep, those that take hold steeper. Where
-        both happen in a step this is as steep as it falls, whichever came first.
+        Of the tangents of a point at both ends of the step the softer one is taken. None where one end has all of
+        these, so that nothing new is told; NaN where the structure's tangent is then singular. Points that let go make
+        a path less steep, those that take hold steeper. Where both happen in a step this is as steep as it falls,
+        whichever came first.
 
         Parameters
         ----------
@@ -310,11 +319,13 @@ class Generations:
         return np.nan if step is None else float(step[-1])
 
     def sense(self, node: Node, before: Node | None, prescribed: str) -> int:
-        """Sign of the tangent's determinant at constant load ("multiplier") or "control", see :meth:`System.sense`.
+        """Sign of the tangent's determinant, see :meth:`System.sense`.
 
         Parameters
         ----------
+        node : state of the path
         before : node from which it was reached, whose slip decides which points slide on
+        prescribed : what is kept, "multiplier" for constant load or "control" for a held displacement
         """
         return self.systems[node.generation].sense(self._reached(node, before), prescribed)
 

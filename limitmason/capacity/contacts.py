@@ -103,6 +103,7 @@ def standard_points(assembly: Assembly, plane: Plane | None) -> tuple[str, Grid 
         glued = plane is None and bool((np.maximum(x.cohesion, x.tensile_strength) > 0.0).any())
         return (LOBATTO, _GLUED, ()) if glued else ("vertices", None, ())
     joints = int((~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b])).sum())
+    # as many points on a side as there is room for, n per joint in plane, n^2 in space
     most = _MANY // max(joints, 1)
     n = max(_FEWEST, min(LOBATTO_POINTS, most if plane is not None else int(most**0.5)))
     if n == LOBATTO_POINTS:
@@ -180,7 +181,7 @@ class PathContacts(ReadOnly):
         return PathContacts(**chosen)
 
     def with_rows(self, other: "PathContacts") -> "PathContacts":
-        """These points and others behind them, m and m' of them, with as many force components."""
+        """These points, with the ``other`` ones behind them, which have as many force components."""
         joined: dict[str, Any] = {}
         for f in fields(self):
             mine, theirs = getattr(self, f.name), getattr(other, f.name)
@@ -191,7 +192,7 @@ class PathContacts(ReadOnly):
         return PathContacts(**joined)
 
     def ordered(self) -> Index:
-        """Order in which the points of a pair of blocks follow each other."""
+        """Numbers of the points, those of a pair of blocks one after another, (m,)."""
         low, high = np.minimum(self.block_a, self.block_b), np.maximum(self.block_a, self.block_b)
         return np.lexsort((high, low))
 
@@ -228,13 +229,14 @@ def first_contacts(
 
 
 def turned_over(c: PathContacts, rows: Flags) -> PathContacts:
-    """Points of which those of ``rows``, shape (m,), have their frame carried by the other block.
+    """The points, some of them with blocks a and b exchanged.
 
-    Force components keep their sign, as direction and blocks change together.
+    Block a carries the frame of a point. Force components keep their sign, as direction and blocks change together.
 
     Parameters
     ----------
     c : m contact points
+    rows : which are turned over, shape (m,)
     """
     a, b = np.where(rows, c.block_b, c.block_a), np.where(rows, c.block_a, c.block_b)
     place_a = np.where(rows[:, None], c.place_b, c.place_a)
@@ -289,14 +291,16 @@ def _rank(value: Array) -> Index:
 
 
 def carried_firmly(points: ContactPoints, firm: Index) -> ContactPoints:
-    """The points with the frame carried by the firmer of both blocks, forces with their sign.
+    """The points with their frame on the firmer of both blocks, which becomes block a.
+
+    Force components keep their sign.
 
     Parameters
     ----------
-    points : carried by either
+    points : with the frame on either block
     firm : rank of every block by :func:`firmness`, shape (n,)
     """
-    over = firm[points.block_b] > firm[points.block_a]
-    a, b = np.where(over, points.block_b, points.block_a), np.where(over, points.block_a, points.block_b)
-    sign = np.where(over, -1.0, 1.0)[:, None, None]
+    swapped = firm[points.block_b] > firm[points.block_a]
+    a, b = np.where(swapped, points.block_b, points.block_a), np.where(swapped, points.block_a, points.block_b)
+    sign = np.where(swapped, -1.0, 1.0)[:, None, None]
     return replace(points, block_a=a, block_b=b, directions=sign * points.directions)

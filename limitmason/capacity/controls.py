@@ -37,8 +37,9 @@ def as_one_assembly(assembly: Assembly, loads: Loads, control: Any) -> tuple[Ass
     if len(control) != 2 or control[1] not in _AXES:
         turns = "; a group that turns: lm.settlement_analysis, or dem.Drive" if not isinstance(control[-1], str) else ""
         raise InputError(f"control must be 'live' or (block, 'x' or 'y' or 'z'), got {control!r}{turns}")
-    group = group_of(assembly, control[0])
+    group = group_of(assembly, control[0])  # numbers of its blocks, all held where they are several
     control = (assembly.blocks[group[0]].name, control[1])
+    # a block that is free is no support; loads of another number of blocks are refused by name, and not here
     if not assembly.fixed[group[0]] or len(loads.dead) != assembly.n_blocks:
         return assembly, loads, control
     kept = np.delete(np.arange(assembly.n_blocks), group[1:])
@@ -90,9 +91,10 @@ def with_moving_support(
 
 
 def control_row(assembly: Assembly, control: Any, basis: Array, free: NDArray, live: Array) -> tuple[Array, float]:
-    """Row of the control displacement, (n, d), and the live loads' work per control displacement at first [N].
+    """Weights of the control displacement, and the live loads' work per unit of it.
 
-    The work is negative where they push against the axis.
+    The control displacement is the sum of the weights, (n, d), times the motions of the degrees of freedom. The work is
+    that in the reference pose [N], negative where the live loads push against the axis.
 
     Parameters
     ----------
@@ -101,7 +103,7 @@ def control_row(assembly: Assembly, control: Any, basis: Array, free: NDArray, l
     free : which degrees of freedom are free, shape (n, d)
     live : live load on them [N, N m], shape (n, d)
     """
-    # degrees of freedom that shift a block, not those that turn it: a displacement is meant
+    # only of degrees of freedom that shift a block, unit vectors: those that turn it have no displacement
     forces = np.where(np.abs(basis[:3]).max(axis=0) > 0.5, live, 0.0)
     total = float(np.linalg.norm(forces, axis=1).sum())
     if not total > 0.0:

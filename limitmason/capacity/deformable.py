@@ -137,8 +137,8 @@ def deformation(
 ) -> CondensedShapes:
     """Shapes of the blocks at the joint points, as few as the joints and the loads feel.
 
-    With K the stiffness of a block's shapes and k those of its joint points, phi their displacement, the shapes are
-    turned into the eigenvectors of phi^T k phi against K. Those that the joints do not feel are left out.
+    With K the stiffness of a block's shapes, k the springs of its joint points and phi the displacement of these by the
+    shapes, new shapes are the eigenvectors of phi^T k phi against K. Those that the joints do not feel are left out.
 
     Parameters
     ----------
@@ -146,7 +146,7 @@ def deformation(
     points : m contact points of the joints
     blocks : "simply deformable" or "ritz"
     stress, plane : state of stress by name, and the plane that it is in; None in space
-    kn, ks : of every interface [Pa/m]
+    kn, ks : normal and shear stiffness of every interface [Pa/m], shape (interfaces,)
 
     Raises
     ------
@@ -156,9 +156,11 @@ def deformation(
     normal = None if plane is None else plane.normal
     shapes = shapes_of(assembly, blocks, stress, normal)
     at = at_joints(assembly, points, shapes, blocks)
-    springs = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface] * points.area[:, None]
+    springs = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface] * points.area[:, None]  # [N/m]
+    # of every block: basis, stiffness of its k coordinates, and its points as block a and as block b, with their
+    # displacements per coordinate, (points, 3, k)
     bases: list[Array | None] = []
-    stiffness, values = [], []
+    stiffness, at_points = [], []
     loaded: Flags = (loads.dead_arms != 0.0).any(axis=(1, 2)) | (loads.live_arms != 0.0).any(axis=(1, 2))
     for i, shape in enumerate(shapes):
         mine = [np.flatnonzero(b == i) for b in (points.block_a, points.block_b)]
@@ -166,9 +168,9 @@ def deformation(
         if shape is None or not len(rows):
             bases.append(None)
             stiffness.append(np.zeros(0))
-            values.append((mine, [np.zeros((len(r), 3, 0)) for r in mine]))
+            at_points.append((mine, [np.zeros((len(r), 3, 0)) for r in mine]))
             continue
-        phi = np.concatenate([at[side][r][:, :, : shape.count] for side, r in enumerate(mine)])  # (p, 3, k)
+        phi = np.concatenate([at[side][r][:, :, : shape.count] for side, r in enumerate(mine)])  # (points, 3, shapes)
         # eigenvectors by singular values of k^1/2 phi L^-T, with K = L L^T
         felt = np.sqrt(springs[rows])[:, :, None] * (points.directions[rows] @ phi)
         root = np.linalg.cholesky(shape.stiffness)
@@ -185,12 +187,13 @@ def deformation(
         bases.append(basis / size)
         stiffness.append(1.0 / size**2)
         moved = moved / size
-        values.append((mine, [moved[: len(mine[0])], moved[len(mine[0]) :]]))
+        at_points.append((mine, [moved[: len(mine[0])], moved[len(mine[0]) :]]))
+    # all blocks have as many coordinates as the one with most: the others are padded by zeros
     count = max((len(s) for s in stiffness), default=0)
     sides = [np.zeros((points.count, 3, count)) for _ in range(2)]
-    springs, gradients = np.zeros((assembly.n_blocks, count)), np.zeros((assembly.n_blocks, count, 3, 3))
-    for i, (mine, moved_of) in enumerate(values):
-        springs[i, : len(stiffness[i])] = stiffness[i]
+    of_blocks, gradients = np.zeros((assembly.n_blocks, count)), np.zeros((assembly.n_blocks, count, 3, 3))
+    for i, (mine, moved_of) in enumerate(at_points):
+        of_blocks[i, : len(stiffness[i])] = stiffness[i]
         basis_of, body = bases[i], shapes[i]
         if basis_of is not None and body is not None:
             bases[i] = padded = np.pad(basis_of, ((0, 0), (0, count - basis_of.shape[1])))
@@ -198,6 +201,6 @@ def deformation(
         for side, r, u in zip(sides, mine, moved_of, strict=True):
             side[r, :, : u.shape[2]] = u
     return CondensedShapes(
-        shapes=tuple(shapes), bases=tuple(bases), stiffness=springs, shapes_a=sides[0], shapes_b=sides[1],
+        shapes=tuple(shapes), bases=tuple(bases), stiffness=of_blocks, shapes_a=sides[0], shapes_b=sides[1],
         gradients=gradients, blocks=blocks,
     )

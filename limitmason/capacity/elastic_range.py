@@ -142,8 +142,8 @@ class ElasticRange(ReadOnly):
         dead, live = self._beyond_rounding(self.dead), self._beyond_rounding(self.live)
         found = []
         for name in CRITERIA if criterion is None else (criterion,):
-            low, high = point_range(name, self._law, dead, live)
-            bound = high if sense == 1 else -low  # the first of the points in the sense asked for is the least
+            low, high = point_range(name, self._law, dead, live)  # of every point, (m,)
+            bound = high if sense == 1 else -low  # the point that ends the range has the least
             k = int(np.argmin(bound))
             if bound[k] < np.inf:
                 found.append(self._onset(sense * float(bound[k]) + 0.0, name, k))  # no -0
@@ -160,15 +160,16 @@ class ElasticRange(ReadOnly):
         return np.where(np.abs(stress) > nothing * np.abs(stress).max(), stress, 0.0)
 
     def _by_dead_load(self, high: Onset) -> str:
-        """Words for own weight that alone exceeds a strength, or that reaches one.
+        """Words for own weight that alone exceeds or reaches a strength: an empty range.
 
-        They are asked for where no multiplier lies below the upper end ``high``.
+        ``high`` is the upper end of the range, named where own weight reaches a strength there.
         """
         law, dead = self._law, self._beyond_rounding(self.dead)
         bears = law.shear_strength(dead[:, 0])
+        # where ft lies beyond the apex of the cone a point there bears no shear, and pull up to ft
         bears = np.where(law.cut_off, bears, np.maximum(bears, 0.0))
         shear = np.linalg.norm(dead[:, 1:], axis=1)
-        over = np.array([-dead[:, 0] - law.tension, shear - bears, dead[:, 0] - law.crushing])
+        over = np.array([-dead[:, 0] - law.tension, shear - bears, dead[:, 0] - law.crushing])  # rows as in CRITERIA
         which, point = np.unravel_index(int(np.argmax(over)), over.shape)
         if over[which, point] > _NOTHING * np.abs(dead).max():
             return f"own weight alone exceeds a strength, by {self._onset(0.0, CRITERIA[which], int(point)).where}"
@@ -177,7 +178,9 @@ class ElasticRange(ReadOnly):
     def with_strengths(self, assembly: Assembly) -> ElasticRange:
         """These stresses against the strengths of another assembly's joints.
 
-        The other joints must be as stiff as these.
+        Parameters
+        ----------
+        assembly : with joints as stiff, as large and at the same places as these
 
         Raises
         ------
@@ -185,8 +188,8 @@ class ElasticRange(ReadOnly):
             For another number of blocks or joints, other stiffnesses, areas or places of joints, to 1e-9 of each, and
             other materials of blocks.
         """
-        one, two = ((len(a.blocks), len(a.interfaces)) for a in (self.assembly, assembly))
-        if one != two:
+        mine_many, their_many = ((len(a.blocks), len(a.interfaces)) for a in (self.assembly, assembly))
+        if mine_many != their_many:
             raise InputError("with_strengths: the joints must differ in their strengths only, not in number")
         for a, b in zip(self.assembly.blocks, assembly.blocks, strict=True):
             if a.material != b.material:
@@ -288,6 +291,7 @@ def elastic_range(
     springs = np.column_stack([kn, *[ks] * (points.components - 1)])[points.interface]
     shapes = shapes_of(assembly, blocks, state, None if plane is None else plane.normal) if deforming else None
     warnings = [*warnings, *soft_block_warnings(assembly, kn, blocks)]
+    # A and K = A k A^T of all motions u of the blocks, then of their shapes: A^T u displaces the points
     rows, matrix = stiffness_matrix(assembly, points, springs, plane, shapes, blocks)
     basis, free = degrees_of_freedom(assembly, plane)
     wrench = np.column_stack([(w @ basis * free).ravel() for w in (loads.dead, loads.live)])
@@ -298,6 +302,7 @@ def elastic_range(
     solved = np.flatnonzero(free_or_shape)
     moved = np.zeros((len(free_or_shape), 2))  # by the dead and by the live load
     wrench = np.pad(wrench, ((0, len(free_or_shape) - len(wrench)), (0, 0)))
+    # blocks that deform: number, shapes, and where the coordinates of these are among the unknowns
     deforms, own = [], free.size
     for i, shape in enumerate(shapes or ()):
         if shape is not None:
@@ -308,6 +313,7 @@ def elastic_range(
             wrench[of_shapes, column] = np.einsum("kij,ji->k", shape.mean_gradient, arms[i])
     moved[solved] = _solved(sparse.csc_array(matrix[solved][:, solved]), wrench[solved])
     stress_of = -springs[:, :, None] * (rows.T @ moved).reshape(points.count, points.components, 2)
+    # displacement of the centroids by load, block and axis
     shift = np.einsum("ndl,xd->lnx", moved[: free.size].reshape(*free.shape, 2), basis[:3])
     for i, shape, of_shapes in deforms:  # a shape moves the centroid too: rigid motions are means over the block
         at = shape.displacement(assembly.centroids[i : i + 1])[0]
@@ -338,7 +344,7 @@ def _solved(matrix: sparse.csc_array, loads: Array) -> Array:
     try:
         factors = splu(scaled)
         found = factors.solve(loads / size[:, None])
-        # refined once
+        # one step of iterative refinement, by what equilibrium still lacks
         found += factors.solve(loads / size[:, None] - scaled @ found)
     except RuntimeError:
         found = np.full(loads.shape, np.nan)

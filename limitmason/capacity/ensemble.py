@@ -131,6 +131,7 @@ def imperfection_ensemble(
     free = ~assembly.fixed
     size = float(np.median(np.cbrt(assembly.arrays.volume[free])))
     least = thickness(assembly)
+    # the contact points, as the paths will have them, for whose places gaps are drawn
     placed = {k: settings[k] for k in ("contact_model", "grid") if k in settings}
     blocks = settings.get("blocks", RIGID)
     anew = finds_contacts_anew(assembly, blocks, settings.get("contacts"))
@@ -144,7 +145,7 @@ def imperfection_ensemble(
         sound = all(c.accepted for c in curve.certificates)
         goes_on = sound and curve.displacement[-1] >= (1.0 - 1e-6) * GOES_ON * least  # but for rounding
         first.append(_lost(curve, SETTLES * gap * size) if sound else np.nan)
-        sustained.append(float(curve.load[-1]) if goes_on else np.nan)
+        sustained.append(float(curve.load[-1]) if goes_on else np.nan)  # paths end at the displacement asked for
         status.append(str(curve.status))
         curves.append(Curve(curve.displacement, curve.load, load_unit="-", label=f"path {k + 1}", status=curve.status))
         if progress is not None:
@@ -163,8 +164,8 @@ def _lost(curve: PushoverCurve, within: float) -> float:
     within : displacement in which a load that fell may be carried again [m]
     """
     value, point = first_loss(curve.displacement, curve.load, within), curve.first_limit_point
-    level = point is not None and curve.load[-1] >= point.load
-    return point.load if np.isnan(value) and point is not None and level else value
+    ends_on_plateau = point is not None and curve.load[-1] >= point.load
+    return point.load if np.isnan(value) and point is not None and ends_on_plateau else value
 
 
 def first_loss(displacement: Array, load: Array, within: float) -> float:

@@ -79,7 +79,7 @@ def solve(
     prescribed = "multiplier" if target is None else "control"
     done = np.zeros(system.order) if origin is None else origin.copy()
     now = system.evaluate(pose, old, multiplier)
-    tried_at, tried = np.inf, -_AGAIN
+    tried_at, tried = np.inf, -_AGAIN  # unbalance and iteration of the last try by Newton's method
     for k in range(ITERATIONS):
         unbalance = float(np.abs(now.residual - viscosity * done).max(initial=0.0))
         if not np.isfinite(unbalance):
@@ -132,11 +132,12 @@ def _lowest(
     ----------
     system : equations of the path's blocks and points
     law : law whose friction is frozen
-    old : the history it returns from
-    now : state at the start
-    motion, done : in own units, shape (order,): that of the full step, and what came before it under the viscosity
+    old : history at the start of the step, from which the law returns
+    now : state at the start of the motion
+    motion : of the full step, in own units, shape (order,)
     multiplier : of the live load [-]
-    viscosity : eta in own units
+    viscosity : eta of a viscous force against the motion, own units
+    done : motion made before, against which the viscous force acts too, own units, shape (order,)
     """
     # displacements of the points [m], and what the motion adds to them and to the ties' elongation [m]
     apart, (work, longer) = now.contact.displacement, system.relative(now, motion)
@@ -144,6 +145,7 @@ def _lowest(
     load = dead + multiplier * live - viscosity * done
     if system.bodies.deforming:
         load = load + system.sprung(now.pose)
+    # rise of the slope with the share, by the viscous force and by the springs of the blocks' shapes
     against = float(motion @ ((viscosity + system.springs_own) * motion))
     area, tied = system.bodies.area[:, None], len(longer) > 0
 
@@ -155,7 +157,7 @@ def _lowest(
         return own - float(motion @ load) + share * against
 
     low, high, at_low, at_high = 0.0, 1.0, slope(0.0), slope(1.0)
-    if at_low >= 0.0:  # geometry may point it uphill
+    if at_low >= 0.0:  # the tangent has the geometry's part, the potential has not: uphill, the whole step is made
         return 1.0
     # by the secant of the slopes at both ends of a bracket, kept away from these
     enough, share, at = _SLOPE * abs(at_low), 1.0, at_high

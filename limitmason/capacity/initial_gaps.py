@@ -26,11 +26,12 @@ _NO_MOTION = 1e-9
 
 
 def of_gaps(points: ContactPoints, gaps: ArrayLike | None) -> Array | None:
-    """Initial opening of the contact points as displacements [m], (m, c), or None.
+    """Initial displacements of b against a at the contact points by gaps [m], (m, c).
 
     Parameters
     ----------
-    gaps : opening of every point [m], shape (m,), none negative
+    points : m contact points of the path
+    gaps : opening of every point [m], shape (m,), none negative; None for faces that touch
     """
     if gaps is None:
         return None
@@ -97,10 +98,11 @@ def begun_with(system: System, state: Prediction, to: float | None, ratio: float
         if found is None:
             return []
         solved, programs = found
-    # looked: the contacts are those of the reference pose
+    # ``looked``, the pose in which contacts were last looked for, is the reference pose
     first = step_equilibrium.node_of(system, solved, programs=programs)._replace(looked=rest)
     assert state.mechanism is not None
     twists = np.array(state.mechanism.twists)
+    # control displacement by the mechanism's twists as they are scaled, and that of the first step [m]
     along = float((system.control * (twists[:, :3] @ system.bodies.basis[:3])).sum())
     move = np.copysign(steps.first * system.length, ratio if to is None else to)
     # a mechanism that does not move what is controlled tells no first step

@@ -107,10 +107,12 @@ class _Points:
         return x * (self.system.bodies.area / self.system.weight)[:, None]
 
     def inside(self, at: Evaluated, product: float) -> Inner:
-        """State inside the law at a pose: spare strength times plastic rate is one value.
+        """State inside the law at a pose, with one value of all products.
 
-        ``product`` is that value, the distance from the law in the interior-point method. The opening by dilation is
-        that of the true law.
+        Parameters
+        ----------
+        at : the pose, evaluated by the true law, whose opening by dilation is taken
+        product : the value, mu of the interior-point method [mean block weights times elastic lengths]
         """
         from limitmason.capacity import compiled_interior
 
@@ -127,37 +129,43 @@ class _Points:
         compiled_interior.sheared(tried, s.shear_strength(normal), ks, product, cone, slid)
         return Inner(normal, cone, slid, spare, product / spare)
 
-    def linearised(self, at: Evaluated, x: Inner) -> _Linear | None:
+    def linearised(self, at: Evaluated, state: Inner) -> _Linear | None:
         """Linear equations of the points about a state, with the motions of blocks left over, None if singular.
 
         Unknowns of a point are eliminated: its cone (limit of shear a and shear T), its slip, and in each row of spare
-        strength the ``spare`` x and what has ``given``. What equations lack is kept for the right-hand side. They are
+        strength the ``spare`` and what has ``given``. What equations lack is kept for the right-hand side. They are
         in displacements, so that what is inverted is a compliance and its inverse the tangent.
+
+        Parameters
+        ----------
+        at : the pose, for the elastic forces of its points
+        state : of the points
         """
         from limitmason.capacity import compiled_interior
 
-        s, (m, c) = self.strength, x.cone.shape
+        s, (m, c) = self.strength, state.cone.shape
         inverse, across, tangent = np.empty((3, m, c, c))
-        a = _Linear(
+        linear = _Linear(
             inverse=inverse, across=across, tangent=tangent, elastic=np.empty((m, c)), cone=np.empty(m),
             spare=np.empty(len(self.row)),
         )
         rows = self.row, self.sign, self.bound
         found = compiled_interior.linearised(
-            self.axes, (s.tan_phi, s.tan_psi, s.shear_strength(x.normal)), self.stiff, rows, tuple(x),
-            self.elastic(at), tuple(a),
+            self.axes, (s.tan_phi, s.tan_psi, s.shear_strength(state.normal)), self.stiff, rows, tuple(state),
+            self.elastic(at), tuple(linear),
         )
-        return a if found else None
+        return linear if found else None
 
-    def freed(self, x: Inner, a: _Linear, aim: float, second: Inner | None) -> tuple[Array, Array, Array]:
+    def freed(self, state: Inner, linear: _Linear, aim: float, second: Inner | None) -> tuple[Array, Array, Array]:
         """Steps of forces, slips and gaps of the points in a pose that is held.
 
         Parameters
         ----------
-        x : state of the points
-        a : its linear equations
+        state : of the points
+        linear : its linear equations
         aim : product of every pair that is aimed at
-        second : a first step, whose products are taken off (Mehrotra's second-order term), or None
+        second : the predictor's step, whose products are taken off (Mehrotra's second-order term); None in the
+            predictor
 
         Returns
         -------
@@ -165,31 +173,32 @@ class _Points:
         """
         from limitmason.capacity import compiled_interior
 
-        steps = np.empty(x.cone.shape), np.empty(x.cone.shape), np.empty(len(self.row))
-        first = tuple(x if second is None else second)
+        steps = np.empty(state.cone.shape), np.empty(state.cone.shape), np.empty(len(self.row))
+        first = tuple(state if second is None else second)
         compiled_interior.freed(
-            self.axes, self.strength.tan_psi, self.row, self.sign, tuple(x), tuple(a), aim, second is not None, first,
-            steps,
+            self.axes, self.strength.tan_psi, self.row, self.sign, tuple(state), tuple(linear), aim,
+            second is not None, first, steps,
         )
         return steps
 
     def step(
-        self, x: Inner, a: _Linear, freed: tuple[Array, Array, Array], displaced: Array
+        self, state: Inner, linear: _Linear, freed: tuple[Array, Array, Array], displaced: Array
     ) -> tuple[Inner, float]:
         """The step of the points that goes with displacements, (m, c), and its share to the edge of the law.
 
         Parameters
         ----------
-        x : state of the points
-        a : its linear equations
+        state : of the points
+        linear : its linear equations
         freed : of :meth:`freed`
         displaced : displacement of the points by the step, in elastic lengths [-], shape (m, c)
         """
         from limitmason.capacity import compiled_interior
 
-        step = Inner(*(np.empty_like(part) for part in x))
+        step = Inner(*(np.empty_like(part) for part in state))
         share = compiled_interior.stepped(
-            self.axes, self.strength.tan_phi, self.row, self.sign, tuple(x), tuple(a), freed, displaced, tuple(step)
+            self.axes, self.strength.tan_phi, self.row, self.sign, tuple(state), tuple(linear), freed, displaced,
+            tuple(step),
         )
         return step, share
 
@@ -216,8 +225,9 @@ def solve(
     """
     prescribed = "multiplier" if target is None else "control"
     done = np.zeros(system.order) if origin is None else origin.copy()
+    # shares of the steps so far that were made; the first ones stand for steps before any
     now, points, shares = system.evaluate(pose, old, multiplier), _Points(system, old), [1.0] * _OVER
-    x = points.inside(now, FIRST)
+    state = points.inside(now, FIRST)
     anew = 1  # times that it may be begun anew
     tried_at, tried = np.inf, -_AGAIN  # unbalance and iteration of the last try by Newton's method
     for k in range(ITERATIONS):
@@ -225,7 +235,7 @@ def solve(
         stuck = sum(shares[-_OVER:]) < _STUCK
         if stuck and anew:  # where the way turns back it is begun anew from the middle
             anew -= 1
-            x, shares, stuck = points.inside(now, FIRST), [1.0] * _OVER, False
+            state, shares, stuck = points.inside(now, FIRST), [1.0] * _OVER, False
         last = k + 1 == ITERATIONS or stuck
         again = unbalance < _NEARER * tried_at or k - tried >= _AGAIN
         if unbalance < _NEAR and (again or last):
@@ -238,36 +248,39 @@ def solve(
                 return found._replace(iterations=found.iterations + k)
         if last or not np.isfinite(unbalance):
             return None
+        # what the control displacement lacks of its target, in elastic lengths
         missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
-        a = points.linearised(now, x)
-        if a is None:
+        linear = points.linearised(now, state)
+        if linear is None:
             return None
         try:
-            stiff = a.tangent * (system.weight / system.length / system.bodies.area)[:, None, None]
-            force = np.column_stack([x.normal, x.cone[:, 1:]])
+            # stresses [Pa/m] and forces [N] of the points, as the structure takes them
+            stiff = linear.tangent * (system.weight / system.length / system.bodies.area)[:, None, None]
+            force = np.column_stack([state.normal, state.cone[:, 1:]])
             factors = system.bordered(
                 now._replace(returned=now.returned._replace(tangent=stiff), force=force * system.weight), prescribed,
                 viscosity,
             )
         except RuntimeError:  # exactly singular
             return None
-        step, edge = None, np.inf
-        product, aim = x.product(), 0.0
+        step, edge = None, np.inf  # step of the points, and its share at which the first leaves the law
+        product, aim = state.product(), 0.0
+        # Mehrotra: a step to products of nothing tells what product to aim at in the second, which corrects it
         for _ in ("predictor", "corrector"):
-            freed = points.freed(x, a, aim, step)
+            freed = points.freed(state, linear, aim, step)
             pushed = (force + freed[0]) * system.weight
             rest = system.unbalanced(now.pose, now.wrenches, pushed, now.pulled, multiplier) - viscosity * done
             motion = factors.solve(np.append(-rest, missing))
             if not np.isfinite(motion).all():
                 return None
-            step, edge = points.step(x, a, freed, system.relative(now, motion[:-1])[0] / system.length)
+            step, edge = points.step(state, linear, freed, system.relative(now, motion[:-1])[0] / system.length)
             if aim == 0.0:
-                left = x.onward(step, min(1.0, edge)).product() / product
+                left = state.onward(step, min(1.0, edge)).product() / product
                 aim = product * float(np.clip(left, _LEAST_AIM, 1.0)) ** _CENTRED
         assert step is not None
         share = min(1.0, _INSIDE * edge)
         shares.append(share)
-        x = x.onward(step, share)
+        state = state.onward(step, share)
         multiplier += share * float(motion[-1])
         done += share * motion[:-1]
         now = system.evaluate(system.advanced(now.pose, share * motion[:-1]), old, multiplier)

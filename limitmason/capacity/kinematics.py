@@ -47,8 +47,8 @@ class ContactGeometry(NamedTuple):
     offset: Array  # from a's material point to b's in the reference pose [m], (m, 3)
     directions: Array  # reference pose, (m, c, 3)
     area: Array  # [m2], (m,)
-    basis: Array  # (6 + k, d)
-    free: Flags  # (n, d)
+    basis: Array  # shift, spin and coordinates of the shapes by each degree of freedom, (6 + k, d)
+    free: Flags  # which degrees of freedom are not held, (n, d)
     shapes_a: Array  # displacement of the material points per unit of a shape, axes of their block, (m, 3, k)
     shapes_b: Array
     centroid: Array  # of the blocks in the reference pose [m], (n, 3)
@@ -95,7 +95,7 @@ def make_bodies(
     plane : in which blocks move, with three degrees of freedom; None in space, with six
     deformation : shapes of blocks that deform
     """
-    basis, free = degrees_of_freedom(assembly, plane)
+    basis, free = degrees_of_freedom(assembly, plane)  # (6, d) and (n, d), see ``ContactGeometry``
     x = assembly.arrays.centroid
     shapes_a = shapes_b = np.zeros((points.count, 3, 0))
     if deformation is not None:
@@ -237,13 +237,14 @@ def geometric_stiffness(bodies: ContactGeometry, at: Contact, force: Array, star
     f = np.einsum("mci,mc->mi", at.directions, force)
 
     def crossed(arm: Array) -> Array:
-        """[arm] [F] = F arm' - (arm . F) 1, summed."""
+        """[arm] [F] = F arm' - (arm . F) 1, summed over every run."""
         product = f[:, :, None] * arm[:, None, :]
         product[:, [0, 1, 2], [0, 1, 2]] -= (arm * f).sum(axis=1)[:, None]
         return np.asarray(np.add.reduceat(product, starts, axis=0))
 
     turned, a, b = cross_matrix(np.add.reduceat(f, starts, axis=0)), crossed(at.arm_a), crossed(at.arm_b)
-    # rows: force and moment on a, then on b; columns: shift and spin of a, then of b. theta x F = -[F] theta
+    # rows: force and moment on a, then on b; columns: shift and spin of a, then of b. A spin theta of a turns the force
+    # by theta x F = -[F] theta
     full = np.zeros((k, 12, 12))
     full[:, 0:3, 3:6] = turned
     full[:, 6:9, 3:6] = -turned
@@ -255,7 +256,7 @@ def geometric_stiffness(bodies: ContactGeometry, at: Contact, force: Array, star
     full[:, 3:6, 6:9] = turned
     full[:, 3:6, 9:12] = -swapped
     full[:, 9:12, 9:12] = swapped
-    p = np.zeros((12, 2 * d))
+    p = np.zeros((12, 2 * d))  # from the degrees of freedom of both blocks to their motions
     p[:6, :d] = p[6:, d:] = bodies.basis[:6, :d]
     return np.asarray(p.T @ full @ p)
 

@@ -28,27 +28,27 @@ On stiff joints a displacement doubles in some nanometres, in which no load fall
 
 
 def passed(load: Array, way: Array, lacks: Array, size: float, doubled: float = 2.0) -> int | None:
-    """The sample of the largest load before one that has passed it, or None where none is.
+    """Number of the sample with a limit point that a later one has passed, or None.
 
-    On the way back from a load of the other sense there is none.
+    A load is passed by a fall of ``DROP`` below it, or where it does not rise above it for long (``BELOW``). On the way
+    back from a load of the other sense there is none to pass.
 
     Parameters
     ----------
     load : multipliers or forces, shape (n,), positive in the sense in which they are pushed
     way : control displacements [m], shape (n,)
-    lacks : what contacts found anew took off the load and it has not regained, shape (n,)
+    lacks : what contacts found anew took off the load and it has not regained, in its unit, shape (n,)
     size : median block size [m]
-    doubled : displacement up to which a load has not risen, over that at which it came there [-]
+    doubled : a load that has not risen is passed at so many times the displacement at which it was first reached [-]
     """
     way, highest, largest = np.abs(way - way[0]), 0, float(np.abs(load).max())
-    tops = np.maximum.accumulate(load)
+    tops = np.maximum.accumulate(load)  # largest load up to each sample
 
     def lasts(at: float, top: float) -> bool:
         """Whether the largest load so far, ``top``, has lasted to the displacement ``at`` [m]."""
         if top <= 0.0:
             return False  # on the way back from a load of the other sense
-        # displacements from which the load has not risen by LEVEL, which has to be over as much again, and hardly at
-        # all, which has to be over a long way
+        # displacements [m] since which the load has risen to ``top`` by no more than LEVEL, and than RISEN
         level, creeps = (way[int(np.searchsorted(tops, top / (1.0 + rise)))] for rise in (LEVEL, RISEN))
         return bool((0.0 < level < at / doubled and at - level > TOLD * size) or at - creeps > BELOW * size)
 

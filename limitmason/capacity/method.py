@@ -30,7 +30,7 @@ MEANING_SOFTENING = "estimate: largest load of the path from the unstressed wall
 STIFFNESS_RATIO, GRID, PRELOAD = "ks/kn", "grid", "preload"
 
 SPREADS = (STIFFNESS_RATIO, GRID, PRELOAD)
-"""What the first limit point can be tried for."""
+"""What can be varied to see how far the first limit point depends on it."""
 
 RATIOS = (0.4, 2.5)
 """Factors of ks at the same kn [-]: chosen, as far down as up."""
@@ -47,8 +47,8 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
 
     Parameters
     ----------
-    spread : what it is tried for, out of "ks/kn" (0.4 and 2.5 times ks), "grid" (2 x 4, 2 x 8 and 4 x 8 points) and
-        "preload" (half as far the other way first); the range is then that of all of them
+    spread : what is varied to see how far the answer depends on it, out of "ks/kn" (0.4 and 2.5 times ks), "grid"
+        (2 x 4, 2 x 8 and 4 x 8 points) and "preload" (half as far the other way first); the range is then that of all
     settings : of :func:`pushover`, without ``start`` and ``to``
 
     Raises
@@ -85,6 +85,7 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
     if spread and point is not None and math.isfinite(value):
         tried = _variants(assembly, loads, tuple(spread), point.displacement, **settings)
     budget = {
+        # by name: largest change of the answer and how finely it is known [-], then every variant's multiplier
         name: {"change": _largest([_change(v, value) for v in found.values()]), "resolution": steps.peak, **found}
         for name, found in tried.items()
     }
@@ -130,11 +131,13 @@ def _ends(value: float, tried: Mapping[str, Mapping[str, float]]) -> tuple[float
 def _variants(
     assembly: Assembly, loads: Loads, names: tuple[str, ...], reach: float, **settings: Any
 ) -> Mapping[str, Mapping[str, float]]:
-    """First limit points of the variants that are named, NaN where a path has none [-].
+    """Multipliers of the first limit points of variants [-], NaN where there is none.
+
+    They are by what is varied and then by the name of the variant.
 
     Parameters
     ----------
-    names : of ``SPREADS``
+    names : what is varied, of ``SPREADS``
     reach : displacement of the first limit point itself [m]
     settings : of :func:`pushover`, without ``to`` and ``start``
     """
@@ -143,22 +146,22 @@ def _variants(
         found = out.setdefault(name, {})
         if name == STIFFNESS_RATIO:
             for factor in RATIOS:
-                wall, chosen = _sheared(assembly, loads, settings, factor)
+                wall, chosen = _with_ks_times(assembly, loads, settings, factor)
                 found[f"{factor:g} ks"] = _limit(wall, loads, **chosen)
         elif name == GRID:
             for grid in GRIDS:
                 chosen = {**settings, "contact_model": "grid", "grid": grid}
                 found[f"{grid[0]} x {grid[1]}"] = _limit(assembly, loads, **chosen)
-        else:
+        else:  # PRELOAD
             before = whole_pushover(assembly, loads, to=-PRELOADED * reach, **settings)
             found["the other way first"] = _limit(assembly, loads, start=before, **settings)
     return out
 
 
-def _sheared(
+def _with_ks_times(
     assembly: Assembly, loads: Loads, settings: Mapping[str, Any], factor: float
 ) -> tuple[Assembly, dict[str, Any]]:
-    """The model and settings with all shear stiffnesses times a factor.
+    """The model and settings with the shear stiffness ks of all joints times a factor.
 
     Parameters
     ----------

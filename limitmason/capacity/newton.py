@@ -62,7 +62,7 @@ def solve(
     viscosity, origin : eta of a viscous force against the motion, own units, and the motion made since the start of the
         step when Newton begins; none by default
     shares : of a step that are tried until the unbalance falls; ``FULL`` takes steps as they come
-    iterations : most of them
+    iterations : how many are made at most
     """
     prescribed = "multiplier" if target is None else "control"
     done = np.zeros(system.order) if origin is None else origin.copy()
@@ -79,7 +79,7 @@ def solve(
         size = float(np.abs(off).max())
         if not np.isfinite(size):
             return None
-        # small, and no longer half of what it was: rounding
+        # solved; or small, and no longer half of the least so far: rounding lets it go no further
         if size < TOLERANCE or (size < _ENOUGH and size > 0.5 * best):
             return Solved(now, multiplier, k)
         if k == iterations or (shares == FULL and size > _GROWN * best):
@@ -92,6 +92,7 @@ def solve(
         step = factors.solve(np.append(-off[:-1], off[-1]))
         if not np.isfinite(step).all():
             return None
+        # line search: the first share of the step that lowers the norm of what is lacking by enough
         merit = float(np.linalg.norm(off))
         for share in shares:
             load = multiplier + share * float(step[-1])

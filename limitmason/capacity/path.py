@@ -47,16 +47,17 @@ def follow(
     Parameters
     ----------
     generations : contacts and equations of the path, part by part
-    ratio : work-conjugate displacement of the live loads per control displacement, at first [N]; negative where they
-        push against it
+    nodes : states of the path so far; the new ones are appended
+    to : control displacement at which the path ends [m]; None for its first limit point
+    ratio : work of the live load per control displacement, at first [N]; negative where the live loads push against it
+    steps : lengths and tolerances of the steps
+    say : called with a line of text on every step
     loading : whether loads are pushed up: limit points are then closed in on, and the path ends where the load is back
         at nothing; False where a support moves and the multiplier is its reaction
-    nodes : of the path so far
-    say : what is told of every step
 
     Returns
     -------
-    status and warnings; the nodes are appended to the list
+    status and warnings
 
     Notes
     -----
@@ -76,7 +77,25 @@ def follow(
 class _Path(JudgedPath):
     """A path on its way, from step to step.
 
-    State, counters and judges are those of JudgedPath.
+    State, counters and judges are those of :class:`.step_judges.JudgedPath`.
+
+    Attributes
+    ----------
+    generations, nodes, to, ratio, steps, say, loading : as of :func:`follow`
+    begin, origin : number of the first node of this path, and that node; those before are of the path it goes on from
+    sense, toward : signs of the control displacement, and of the load in the sense in which it is pushed
+    end : control displacement beyond which no step goes [m]
+    advance, shortest, longest : length of the next try of a step, and bounds of it [m]
+    bound : length below which steps were found to leap over the largest load [m]; infinite where none did
+    phase : where the path is by its largest load; ``rounds`` and ``short`` count tries and steps of closing in on it
+    failures, halved, cuts : how often this step was not found, halved for energy or bonds, and cut for its bend
+    again : whether this try is of a step that was tried before, and is to be shorter
+    ahead : state found beyond a bend, which the next shorter steps go towards; None for none
+    near : shortest try so far that loses energy: a jump, should no step go on without; None for none
+    passed : whether this step passed a limit point
+    coarse : length of a step before a limit point was closed in on [m]
+    steady : how many steps to come do not grow
+    taken_off : largest fall by contacts found anew, of the largest load [-]
     """
 
     def followed(self) -> PathEnd:
@@ -93,7 +112,7 @@ class _Path(JudgedPath):
             verdict = self._step()
             if isinstance(verdict, PathEnd):
                 return verdict
-            self.again = verdict is StepOutcome.SHORTER
+            self.again = verdict is StepOutcome.SHORTER  # the next try is of the same step
         self.warnings.append(
             f"{self.steps.most} tries of a step were made and {self.end:.4g} m was not reached: go on with start=, or "
             "raise steps.most"
@@ -108,7 +127,7 @@ class _Path(JudgedPath):
         last = self.generations.begun(self.nodes[-1])
         system = self.generations.systems[last.generation]
         left = self.sense * (self.end - last.control)
-        # what is left is the rounding of displacements, or far below an elastic length
+        # the end is reached but for the rounding of displacements, or far less than an elastic length
         if left <= 1e-9 * abs(self.end) or left <= 1e-6 * system.length:
             return PathEnd.REACHED
         found = self._found(system, last, left)
@@ -140,11 +159,12 @@ class _Path(JudgedPath):
         left : control displacement to the end of the path [m]
         """
         self.advance = min(self.advance, self.longest, self.bound)
-        # a step that was cut is not stretched to the end again
+        # a step may be a little longer to come to the end; one that was cut is not stretched to it again
         move = left if left < (1.0 if self.again else _WHOLE) * self.advance else self.advance
         guess = extrapolated(system, [*self.nodes[self.begin : -1], last], self.sense * move)
         patient = self.failures >= step_equilibrium.patience(system, move)
         target = last.control + self.sense * move
+        # after a step that was cut for a bend the next begins on the line to what was found beyond it
         on = self.ahead if self.cuts == 0 else None
         begin = guess if on is None else breaking.between(last, on, target)
         if guess is not None and breaking.brittle(system):
@@ -177,7 +197,9 @@ class _Path(JudgedPath):
         )
 
     def _beyond(self, system: System, last: Node, left: float) -> tuple[Node | None, float]:
-        """The state at which a block that has lost a support comes to rest, and how far that is [m], or None.
+        """The state at which a block that lost a support comes to rest, and how far on.
+
+        None and 0 where there is none; the second value is in [m].
 
         Parameters
         ----------
@@ -197,17 +219,18 @@ class _Path(JudgedPath):
                 return new, move
         return None, 0.0
 
-    def _closes_in(self, a: Try) -> bool:
-        """Whether a limit point lies behind that is not known to a width: from the node before the highest, shorter.
+    def _closes_in(self, tried: Try) -> bool:
+        """Whether the step passed a limit point that is not known to ``steps.peak`` yet.
 
-        On the way back from a load of the other sense there is none to be found.
+        Then the highest node is taken off the path, and shorter steps are to be made from the one before it. On the way
+        back from a load of the other sense there is none to be found.
         """
-        last, new, largest = a.last, a.new, self._largest()
+        last, new, largest = tried.last, tried.new, self._largest()
         falls = self.toward * last.multiplier > 0.0 and (
             self.toward * (last.multiplier - new.multiplier) > LEVEL * largest
         )
-        known = not self.loading or self.phase is Phase.FALLING
-        if known or new.jump or last.broken is not None or not falls:
+        ignored = not self.loading or self.phase is Phase.FALLING
+        if ignored or new.jump or last.broken is not None or not falls:
             return False
         # the first step of a path that goes on from another has no node before its own
         before = self.nodes[-2] if len(self.nodes) - self.begin > 1 else last
@@ -216,9 +239,9 @@ class _Path(JudgedPath):
             # a fall that is leapt over is looked for only where the path ends by it
             self.phase, self.rounds, self.passed = Phase.FALLING, 0, self.to is not None
             # the next step is as long as those before the search, and not as its last short ones
-            a.move = 0.5 * max(self.coarse, a.move)
+            tried.move = 0.5 * max(self.coarse, tried.move)
             return False
-        span = a.move if before is last else abs(last.control - before.control)
+        span = tried.move if before is last else abs(last.control - before.control)
         if self.phase is Phase.RISING:
             self.coarse = span
         self.phase, self.rounds, self.short = Phase.CLOSING, self.rounds + 1, 0
@@ -227,12 +250,15 @@ class _Path(JudgedPath):
             self.nodes.pop()
         return True
 
-    def _appended(self, a: Try) -> PathEnd | None:
-        """Put the state on the path, with what breaks from it, or tell how the path ends where that does not go."""
-        made, last = self.generations, a.last
-        if a.due is None:
+    def _appended(self, tried: Try) -> PathEnd | None:
+        """Put the state found by a try on the path, with what breaks from it.
+
+        It returns how the path ends where that does not go, else None.
+        """
+        made, last = self.generations, tried.last
+        if tried.due is None:
             # a whole step, at whose end contacts are looked for; where that was done blocks may have met unseen
-            new = made.looked_at(a.new, last)
+            new = made.looked_at(tried.new, last)
             met = made.through(new) if made.shapes is not None and new.looked is new.pose else ""
             if met:
                 return self._stopped(
@@ -243,9 +269,9 @@ class _Path(JudgedPath):
             self.nodes.append(new._replace(handed=made.handed(self.nodes[-1], last, new, self.toward)))
         else:
             # two samples at one displacement, before and after points break at once
-            weak = a.new._replace(looked=last.looked)
+            weak = tried.new._replace(looked=last.looked)
             self.nodes.append(weak)
-            broken = breaking.released(a.system, weak, a.due, self.ratio, weak.control)
+            broken = breaking.released(tried.system, weak, tried.due, self.ratio, weak.control)
             if broken is None:
                 return self._stopped(
                     weak,
@@ -279,6 +305,7 @@ class _Path(JudgedPath):
         made = self.nodes[self.begin :]
         loads, way = self.toward * np.array([n.multiplier for n in made]), np.array([n.control for n in made])
         softens, first = system.law.softening is not None, self.generations.systems[0]
+        # largest load, and whether the load fell by a jump as contacts were found anew
         pushed, renewed = float(loads.max()), new.jump and self.nodes[-2].onward is not None
         if renewed and pushed > 0.0:
             self.taken_off = max(self.taken_off, new.handed / pushed)
@@ -297,12 +324,12 @@ class _Path(JudgedPath):
         far = abs(new.control - self.origin.control) > _OVER * system.size
         return PathEnd.OVERTURNED if self.loading and fell and loads[-1] <= 0.0 and far else None
 
-    def _pace(self, a: Try, new: Node) -> None:
+    def _pace(self, tried: Try, new: Node) -> None:
         """How long the next step is, by what this one took and by how well it was extrapolated.
 
         Parameters
         ----------
-        a : try of the step that was accepted
+        tried : try of the step that was accepted
         new : state at its end
         """
         largest = self._largest()
@@ -314,14 +341,15 @@ class _Path(JudgedPath):
             self.short += 1
             factor = 1.0
         else:
-            off = None if a.guess is None else abs(new.multiplier - a.guess[1]) / max(largest, 1e-300)
-            factor = growth(new, off, self.steps.smooth, len(self.nodes) - self.begin <= 2)
+            off = None if tried.guess is None else abs(new.multiplier - tried.guess[1]) / max(largest, 1e-300)
+            factor = growth(new, off, self.steps.smooth, second=len(self.nodes) - self.begin <= 2)
         # what is beyond a limit point is not foretold by the way to it
-        self.advance = (min(factor, 1.0) if self.passed or self.steady else factor) * a.move
+        self.advance = (min(factor, 1.0) if self.passed or self.steady else factor) * tried.move
         self.steady = max(self.steady - 1, 0)
         self.passed = False
+        # displacement that is left to what was found beyond a bend
         left = 0.0 if self.ahead is None else self.sense * (self.ahead.control - new.control)
         if left > self.shortest and self.phase is not Phase.CLOSING:
-            self.advance = left  # to what was found there
+            self.advance = left
         else:
             self.ahead = None

@@ -49,12 +49,14 @@ class PathLoads(NamedTuple):
         gradients : of the shapes, as in the class; None for rigid blocks
         """
         bent = np.zeros((len(free), 0, 3, 3)) if gradients is None else gradients
-        spins, arms = basis[3:6], loads.dead_arms.any(axis=(1, 2)) | loads.live_arms.any(axis=(1, 2))
-        turning = np.flatnonzero(arms & (free & (spins.any(axis=0) | basis[6:].any(axis=0))).any(axis=1))
+        spins, has_arms = basis[3:6], loads.dead_arms.any(axis=(1, 2)) | loads.live_arms.any(axis=(1, 2))
+        # degrees of freedom that turn or strain a block, and blocks with forces off the centroid that move by one
+        turns_or_strains = spins.any(axis=0) | basis[6:].any(axis=0)
+        turning = np.flatnonzero(has_arms & (free & turns_or_strains).any(axis=1))
         wrenches = [loads.dead @ basis[:6] * free, loads.live @ basis[:6] * free]
-        if len(turning) and bent.shape[1]:
-            for wrench, own in zip(wrenches, (loads.dead_arms, loads.live_arms), strict=True):
-                wrench[:, -bent.shape[1] :] += _on_shapes(bent, own)
+        if len(turning) and bent.shape[1]:  # shapes are the last degrees of freedom
+            for wrench, arms in zip(wrenches, (loads.dead_arms, loads.live_arms), strict=True):
+                wrench[:, -bent.shape[1] :] += _on_shapes(bent, arms)
         dead, live = wrenches
         return cls(dead, live, loads.dead_arms, loads.live_arms, spins, bent, free, turning)
 
@@ -68,7 +70,7 @@ class PathLoads(NamedTuple):
             return self.dead, self.live
         bent, turn = self.gradients, pose.turn
         gradient = np.einsum("nk,nkij->nij", pose.shapes, bent)
-        moved = turn + gradient + turn @ gradient if bent.shape[1] else turn
+        moved = turn + gradient + turn @ gradient if bent.shape[1] else turn  # R (1 + G) - 1
         out = []
         for wrench, arms in ((self.dead, self.dead_arms), (self.live, self.live_arms)):
             more = axial(moved @ arms) @ self.spins

@@ -133,9 +133,9 @@ def tensions(s: Structure, at: PathState) -> tuple[Array, Array, Array, Array]:
     Tension [N], (t,), without a bound above; ends on blocks a and b [m], (t, 3); unit vectors from a to b, (t, 3).
     """
     x, ties = s.assembly.links, s.assembly.ties
-    rows = slice(len(s.assembly.interfaces), None)
+    rows = slice(len(s.assembly.interfaces), None)  # links are the joints, then the ties
     ends = np.array([t.ends for t in ties]).reshape(-1, 2, 3)
-    moved = [
+    moved = [  # displacement of the ends on block a and on block b [m], (t, 3) each
         at.shift[block] + np.einsum("tij,tj->ti", at.turn[block], end - s.assembly.centroids[block])
         for block, end in ((x.block_a[rows], ends[:, 0]), (x.block_b[rows], ends[:, 1]))
     ]
@@ -171,6 +171,7 @@ def stored(s: Structure, at: PathState, found: StateForces | None = None) -> flo
     components, apart, _ = found or forces(s, at)
     stress = components / s.points.area[:, None]
     p = s.points
+    # energy per area [J/m2]: of opening at the tensile strength, and of the springs
     held = strength(s, at).tension * beyond_strength(s, at, apart)
     density = 0.5 * stress[:, 0] ** 2 / p.kn + held + 0.5 * (stress[:, 1:] ** 2).sum(axis=1) / p.ks
     bent = 0.0 if s.deformation is None else 0.5 * float((s.deformation.stiffness * at.shapes**2).sum())

@@ -91,6 +91,11 @@ def second_moment_ratio(assembly: Assembly, points: ContactPoints) -> Array:
     plane, it is the largest eigenvalue of J_face^-1 J_points. It is 3 of two points on a side, and 4 of the corners of
     a triangle.
 
+    Parameters
+    ----------
+    assembly : blocks and joints
+    points : contact points in the reference pose, those of one joint one after another
+
     Returns
     -------
     one number for every joint that has points, in the order of the interfaces
@@ -106,7 +111,7 @@ def second_moment_ratio(assembly: Assembly, points: ContactPoints) -> Array:
     # triangles from the centroid to the sides. With p and q its other corners a triangle of area A has
     # A / 12 ((p + q)(p + q)^T + p p^T + q q^T); the cross product is twice the area
     owner, following = x.corner_owner, np.arange(1, len(x.corners) + 1)
-    following[x.corner_start[1:] - 1] = x.corner_start[:-1]
+    following[x.corner_start[1:] - 1] = x.corner_start[:-1]  # after the last corner of a face comes its first
     one, two = x.corners - x.centre[owner], (x.corners - x.centre[owner])[following]
     part = np.einsum("mi,mi->m", np.cross(one, two), x.normal[owner]) / 24.0
     one, two = along(x.corners, owner), along(x.corners[following], owner)
@@ -121,10 +126,12 @@ def second_moment_ratio(assembly: Assembly, points: ContactPoints) -> Array:
 def flat_top_warnings(nodes: list[Node]) -> list[str]:
     """What to say where joints crush or break and the load is nearly level before its largest.
 
-    Their points bear a load to a part of ``UNSURE``: where it is nearly reached hangs on them.
+    Points of a face bear its load to a part of ``UNSURE`` only, so that the displacement at which ``NEARLY`` all of the
+    largest load is reached may hang on them.
     """
     load, way = np.array([(abs(n.multiplier), abs(n.control - nodes[0].control)) for n in nodes]).T
     top = int(load.argmax())
+    # displacements [m] at which a little less than that load, the load itself, and a little more are first reached
     shares = NEARLY + np.array([-UNSURE, 0.0, UNSURE])
     low, at, high = np.interp(shares * load[top], np.maximum.accumulate(load[: top + 1]), way[: top + 1])
     if high <= (1.0 + LEVEL) * low:
@@ -136,13 +143,14 @@ def flat_top_warnings(nodes: list[Node]) -> list[str]:
 
 
 def landed_warnings(generations: Generations, nodes: list[Node]) -> list[str]:
-    """What to say where blocks that had no joint meet and their points crush.
+    """What to say where, along a path, blocks that had no joint meet and their points crush.
 
     Such a point has the law and the area of one of a joint nearby, so that its strength is not that of its own face.
     """
     for node in nodes:
         s = generations.structures[node.generation]
         c = s.points
+        # points between blocks that had no joint, at their compressive strength
         full = (c.interface == NEW) & (node.force[:, 0] > (1.0 - _CRUSHED) * c.law.crushing * c.area)
         if full.any():
             k = int(full.argmax())
@@ -162,7 +170,8 @@ def edge_warnings(generations: Generations, nodes: list[Node], remedy: str) -> l
     Parameters
     ----------
     generations : contacts and equations of the path, part by part
-    remedy : what to give for faces
+    nodes : states of the path, in their order
+    remedy : option of :func:`limitmason.pushover` that the warning advises, in words
     """
     lost = lost_at_edges(generations, nodes)
     if lost < TOLD:
@@ -183,13 +192,16 @@ def pressure_sharing_warnings(generations: Generations, nodes: list[Node]) -> li
     Parameters
     ----------
     generations : contacts and equations of the path, part by part
+    nodes : states of the path, in their order
     """
     system = generations.systems[0]
     top = max(abs(n.multiplier) for n in nodes)
-    if system.bodies.directions.shape[1] == 2 or top == 0.0:
+    in_plane = system.bodies.directions.shape[1] == 2
+    if in_plane or top == 0.0:
         return []
     virgin, rest = system.virgin(), system.at_rest()
     at = system.evaluate(rest, virgin, multiplier=0.0)
+    # the associative limit load: a program without elastic forces, whose load is pushed so far that these cost nothing
     none = np.zeros((len(system.bodies.area), 3))
     sense = np.sign(max(nodes, key=lambda n: abs(n.multiplier)).multiplier)
     most = solve_step(
@@ -217,6 +229,7 @@ def branch_warnings(generations: Generations, nodes: list[Node]) -> list[str]:
     Parameters
     ----------
     generations : contacts and equations of the path, part by part
+    nodes : states of the path, in their order
     """
     first, found = generations.sense(nodes[0], before=None, prescribed="control"), []
     for k in range(1, len(nodes)):
@@ -249,6 +262,7 @@ def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
     Parameters
     ----------
     generations : contacts and equations of the path, part by part
+    nodes : states of the path, in their order
     """
     load = np.array([n.multiplier for n in nodes])
     way = np.array([n.control for n in nodes])
@@ -273,10 +287,11 @@ def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
         normal = p.directions[rows[0], 0] + node.pose.turn[a] @ p.directions[rows[0], 0]
         spin = motion[b, 3:6] - motion[a, 3:6]
         spin = spin - (spin @ normal) * normal  # what turns about the normal opens nothing
-        rate = float(np.linalg.norm(spin))
+        rate = float(np.linalg.norm(spin))  # turn of the joint in the step [rad]
         if pressed <= 0.0 or rate == 0.0:
             continue  # a joint without pressure, or that does not turn, has no edge to give way at
         axis = np.cross(normal, spin / rate)  # in the face, square to the edge
+        # coordinates across the axis of the turn: of the joint's corners, whose range is its width, and of its points
         across, place = s.assembly.interfaces[k].polygon @ axis, p.place_b[rows] @ axis
         to_end = np.minimum(place - place.min(), place.max() - place) / float(np.ptp(across))
         per_length = p.kn[rows[0]] * s.assembly.arrays.area[k] / float(np.ptp(across))

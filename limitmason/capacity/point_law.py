@@ -150,24 +150,24 @@ def return_map(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) 
         return _plastic(law, law.strength, old, tried)
     before = np.array(np.broadcast_to(old.damage, law.kn.shape))
     found = _plastic(law, law.strength_at(before), old._replace(damage=before), tried)
-    rows = np.flatnonzero(_demanded(law, old._replace(damage=before), tried, before) > before)
+    rows = np.flatnonzero(_demanded(law, old._replace(damage=before), tried, before) > before)  # points that soften on
     if not len(rows):
         return found._replace(history=found.history._replace(stress=found.stress))
     assert law.softening is not None
-    # the point and all probes of its difference quotients at once: of few points, calls cost more than numbers
+    # the point and all probes of its difference quotients in one call: of few points, calls cost more than numbers
     k, c = len(rows), displacement.shape[1]
-    sides = np.concatenate([np.zeros((1, c)), np.eye(c), -np.eye(c)])
-    probe = _PROBE / np.maximum(*law.softening.at(rows).gradual)
-    at = displacement[rows] + sides[:, None, :] * probe[:, None]
-    many = np.tile(rows, len(sides))
+    probes = np.concatenate([np.zeros((1, c)), np.eye(c), -np.eye(c)])  # none, ahead and behind along every component
+    size = _PROBE / np.maximum(*law.softening.at(rows).gradual)  # [m]
+    at = displacement[rows] + probes[:, None, :] * size[:, None]
+    many = np.tile(rows, len(probes))
     new, damage = _softened(law.at(many), old.at(many), at.reshape(-1, c))
     before[rows] = damage[:k]
     stress, slip, lift, tangent = found.stress, found.history.slip, found.history.lift, found.tangent
-    stresses = new.stress.reshape(len(sides), k, c)
+    stresses = new.stress.reshape(len(probes), k, c)
     stress[rows], lift[rows] = stresses[0], new.lift[:k]
     slip[rows] = old.slip[rows] - new.slip[:k, None] * new.along[:k]
     ahead, behind = stresses[1 : c + 1], stresses[c + 1 :]
-    tangent[rows] = -0.5 * (ahead - behind).transpose(1, 2, 0) / probe[:, None, None]
+    tangent[rows] = -0.5 * (ahead - behind).transpose(1, 2, 0) / size[:, None, None]
     for j in range(c):
         tangent[rows, j, j] += _OPEN_TANGENT * np.minimum(law.kn, law.ks)[rows]
     return Returned(stress, PlasticHistory(slip, lift, before, stress=stress), tangent)
@@ -266,7 +266,7 @@ def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -
 
     Parameters
     ----------
-    displacement : of b against a at every point [m], shape (m, c)
+    law, displacement : of m points, the displacement of b against a after the history ``old`` [m], shape (m, c)
     """
     before, tried = np.asarray(old.damage), _elastic_predictor(law, old, displacement)
     damage = before
@@ -294,13 +294,13 @@ def _softened(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -
 
 
 def _demanded(law: ElastoplasticLaw, old: PlasticHistory, tried: _ElasticPredictor, damage: Array) -> Array:
-    """Damage that a step asks for if it is returned with the strengths of ``damage``.
+    """Damage that a step asks for, returned with the strengths of a trial value, (m,).
 
-    It has shape (m,). The true damage is where both are equal.
+    The true damage is where both are equal: max(h_n, rate_opening x) + rate_slip p, as in the module.
 
     Parameters
     ----------
-    old : history at the start of the step
+    law, old : law of the points, and their history at the start of the step
     tried : elastic predictor
     """
     assert law.softening is not None
@@ -327,9 +327,9 @@ def slip_under_strength(
     old : history at its start
     tried : shear at the end without further slip [Pa], (m, c - 1)
     normal : normal stress at the end without a limit [Pa], (m,)
-    slip : what slips in the step [m], (m,)
+    slip : size of the slip in the step [m], (m,)
     """
-    bears, began = s.bears_shear(np.maximum(normal, -s.tension)), old.began()
+    bears, began = s.bears_shear(np.maximum(normal, -s.tension)), old.began()  # at the end; stress at the start
     if bears.all():
         return slip
     first, last = s.shear_strength(began[:, 0]), s.shear_strength(normal)
@@ -373,9 +373,9 @@ def _plastic_corrector(law: ElastoplasticLaw, s: PointLaw, lift: Array, tried: _
 
 
 def _plastic(law: ElastoplasticLaw, s: PointLaw, old: PlasticHistory, tried: _ElasticPredictor) -> Returned:
-    """The return with strengths ``s`` that stay, and its consistent tangent -d(N, T)/d(w, e).
+    """The return with strengths ``s`` that stay, with tangent -d(N, T)/d(w, e).
 
-    ``old`` is the history at the start of the step.
+    ``old`` is the history at the start of the step, ``tried`` the stress without limits at its end.
     """
     found, kn, ks = _plastic_corrector(law, s, old.lift, tried), law.kn, law.ks
     along, cone, tip = found.along, found.cone, found.tip

@@ -85,8 +85,9 @@ def _in_cone(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
     -------
     Lower and upper ends, (m,); the lower one is above the upper one where no multiplier is inside.
     """
+    # h = bears + grows lambda
     bears, grows = law.shear_strength(dead[:, 0]), law.tan_phi * live[:, 0]
-    if dead.shape[1] == 2:
+    if dead.shape[1] == 2:  # in plane the cone is two lines, +-T <= h
         one, other = (_below_zero(sign * dead[:, 1] - bears, sign * live[:, 1] - grows) for sign in (1.0, -1.0))
         return np.maximum(one[0], other[0]), np.minimum(one[1], other[1])
     # inside where q = |T|^2 - h^2 = a lambda^2 + 2 b lambda + k <= 0 and h >= 0
@@ -102,21 +103,23 @@ def _in_cone(law: PointLaw, dead: Array, live: Array) -> tuple[Array, Array]:
         middle = -b / a
         # along the cone there is one end; on a generator that is the apex
         single = np.where(b == 0.0, -bears / grows, k / far)
-    out = np.full(len(a), np.inf)
+    inf = np.full(len(a), np.inf)
     # along: shear grows as the strength does, the line is parallel to the cone. Across: it grows faster, and the line
     # leaves the cone at both ends; else it goes on inside for ever towards growing strength
     along, across = np.abs(a) <= _ALONG * (shear**2 + grows**2), a > 0.0
-    low, high = np.where(grows > 0.0, ends[1], -out), np.where(grows > 0.0, out, ends[0])
+    low, high = np.where(grows > 0.0, ends[1], -inf), np.where(grows > 0.0, inf, ends[0])
+    # across, it is inside at all where the roots are real and h >= 0 midway between them
     real = (b * b >= a * k) & (bears + grows * middle >= 0.0)
-    low = np.where(across, np.where(real, ends[0], out), low)
-    high = np.where(across, np.where(real, ends[1], -out), high)
+    low = np.where(across, np.where(real, ends[0], inf), low)
+    high = np.where(across, np.where(real, ends[1], -inf), high)
     # the other nappe, where q <= 0 > h, bears nothing
     holds = np.where(grows > 0.0, b < 0.0, b > 0.0) | ((b == 0.0) & (k <= 0.0))
-    low = np.where(along, np.where(holds, np.where(grows > 0.0, single, -out), out), low)
-    high = np.where(along, np.where(holds, np.where(grows > 0.0, out, single), -out), high)
+    low = np.where(along, np.where(holds, np.where(grows > 0.0, single, -inf), inf), low)
+    high = np.where(along, np.where(holds, np.where(grows > 0.0, inf, single), -inf), high)
+    # a live load that changes neither shear nor strength of a point leaves it inside, or outside, for all multipliers
     still = (shear == 0.0) & (grows == 0.0)
     inside = (k <= 0.0) & (bears >= 0.0)
-    return np.where(still, np.where(inside, -out, out), low), np.where(still, np.where(inside, out, -out), high)
+    return np.where(still, np.where(inside, -inf, inf), low), np.where(still, np.where(inside, inf, -inf), high)
 
 
 _RANGES: Mapping[str, Callable[[PointLaw, Array, Array], tuple[Array, Array]]] = {

@@ -70,7 +70,7 @@ def solve_step(
     stiffness = np.column_stack([system.law.kn, *[system.law.ks] * (c - 1)]) * area[:, None] * system.length / force
     compliance = (1.0 / stiffness).ravel()
     start = (elastic / force).ravel()
-    order, free = system.order, advance is not None  # free: whether the multiplier is an unknown
+    order, free = system.order, advance is not None  # unknown motions, and whether the multiplier is an unknown too
     left = 0.0 if advance is None else advance
     a = system.equilibrium(at.wrenches)
     dead, live = system.applied(at.pose)
@@ -117,7 +117,7 @@ def solve_step(
     found = clarabel.DefaultSolver(quadratic, np.concatenate(q), matrix, right, kinds, settings).solve()
     if str(found.status) not in ("Solved", "AlmostSolved"):
         return None
-    x, z = np.array(found.x), np.array(found.z)
+    x, z = np.array(found.x), np.array(found.z)  # z: the multipliers, of the equations of equilibrium the motion
     return Stepped(z[:order], x[: c * m].reshape(m, c) * force, float(x[c * m]) if free else multiplier)
 
 
@@ -139,7 +139,7 @@ def _bounds(
     """
     area, force, ties = system.bodies.area, system.weight, system.ties
     m, t = len(area), len(ties.length)
-    rows = np.arange(m)
+    rows = np.arange(m)  # of the points, whose normal forces are the unknowns c * rows
     bears = law.over(area).in_units_of(force)
     if normal is not None:
         # friction psi, with the shear strength that phi gives under the last normal forces

@@ -14,11 +14,11 @@ def refuse(assembly: Assembly) -> None:
         raise InputError("every block is held: there is nothing to push")
 
 
-def refuse_with_initial(deforming: bool, otherwise: bool) -> None:
+def refuse_with_initial(deforming: bool, not_as_built: bool) -> None:
     """Refuse initial joint forces beside blocks that deform, or with a structure that is not begun with as built."""
     if deforming:
         raise NotApplicable("initial forces go with rigid blocks: limit analysis knows no strains")
-    if otherwise:
+    if not_as_built:
         raise InputError("initial forces go with the structure as built: without gaps, start and a support that moves")
 
 

@@ -207,7 +207,7 @@ class PushoverCurve(Curve):
         limit = left.shear_strength(components[:, 0])
         stiffness, found = state_stiffness(components[:, 0], shear, limit, left.tension, p.kn, p.ks, sliding)
         plane = None if s.points.components == 3 else find_plane(s.assembly, s.loads)
-        warnings: tuple[str, ...] = ()
+        warnings: tuple[str, ...] = ()  # of the system whose modes are then asked for
         if plane is not None:
             warnings = ("the path was followed in its plane: only modes in this plane are found, none across it",)
         label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"
@@ -260,11 +260,13 @@ class PushoverCurve(Curve):
         s = self.generations.structures[node.generation]
         p = s.points
         components, apart, _ = self.generations.forces(node)
-        mine = p.interface >= 0
+        mine = p.interface >= 0  # points of joints, not of blocks that met on the way
         if components[~mine].any():
+            # the one of the others that bears most
             i = int(np.flatnonzero(~mine)[int(np.abs(components[~mine]).max(axis=1).argmax())])
             a, b = (s.assembly.blocks[k].name for k in (p.block_a[i], p.block_b[i]))
             raise NotApplicable(f"sample {step}: {a!r} and {b!r} press on each other, which had no joint")
+        # on block b of the joint [N], which the point may have as its a
         force = p.sense[:, None] * np.einsum("mc,mci->mi", components, p.directions)
         place = p.place_a + np.einsum("mc,mci->mi", apart, p.directions)
         x, ties = s.assembly.links, self._rows_of_ties

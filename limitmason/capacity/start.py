@@ -27,11 +27,13 @@ def begin(
 ) -> tuple[Generations, list[Node], Pose]:
     """The generations to go on with, the first node, and the pose under dead load from which displacements count.
 
+    The list of nodes is empty where the structure does not stand under its dead load.
+
     Parameters
     ----------
-    new : equations of the structure as built
+    new : contacts and equations of the structure as built
     start : curve whose last state is gone on from; None for the state under dead load
-    say : told of what is done
+    say : called with a line of text on what is done
     held : control displacement that is kept under dead load [m]; None where it is free
     ratio : work of the live load per control displacement [N]
 
@@ -71,7 +73,7 @@ def begin(
     factor = float((old * live).sum() / (live * live).sum())
     if not np.allclose(old, factor * live, rtol=0.0, atol=_SAME * np.abs(old).max()):
         raise NotApplicable("start: the live load may change by a factor only; other live loads are not followed")
-    # the multiplier counts in the live load of the new path
+    # the live load of the old path is ``factor`` times that of the new one, in which the multiplier is to count
     generations = Generations(new.shapes, new.make, [s._replace(loads=now.loads) for s in start.generations.structures])
     last = start.nodes[-1]
     first = last._replace(
@@ -83,9 +85,11 @@ def begin(
 
 
 def _difference(one: Structure, other: Structure) -> str:
-    """First setting of a path in which two structures of one model differ, live loads apart, or "" where none does.
+    """Words for the first setting in which two paths on one model differ, or "".
 
-    ``one`` is that of the path gone on from, ``other`` that of this path.
+    Live loads may differ.
+
+    ``one`` is the structure of the path gone on from, ``other`` that of this path.
     """
     p, q = one.points, other.points
     if p.place_a.shape != q.place_a.shape or not np.allclose(p.place_a, q.place_a, rtol=0.0, atol=_SAME * one.size):

@@ -90,8 +90,8 @@ def node_of(system: System, solved: newton.Solved, jump: bool = False, programs:
     Parameters
     ----------
     system, solved : equations of the path, and their solution
-    jump : whether no states led to it
-    programs : how many programs were solved for it
+    jump : whether it was leapt to, without states on the way
+    programs : how many cone programs were solved for it
     """
     s = solved.state
     return Node(
@@ -107,7 +107,7 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     ----------
     system : equations of the path's blocks and points
     target : control displacement that is held, with the multiplier that this takes [m]; None for no live load
-    ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
+    ratio : work of the live load per control displacement [N], for the program
     """
     old, pose = system.virgin(), system.at_rest()
     solved = newton.solve(system, pose, multiplier=0.0, old=old, target=target)
@@ -136,11 +136,11 @@ def step(
     node : to begin from, with its history
     target : control displacement [m]
     guess : extrapolated pose and multiplier; None without any, which leaves Newton's method out
-    ratio : work-conjugate displacement of the live loads per control displacement [N], for the program
+    ratio : work of the live load per control displacement [N], for the program
     patient : whether descent follows where an interior path finds nothing, see :func:`patience`
     """
     start, load = guess if guess is not None else (node.pose, node.multiplier)
-    many = descent_first(system)
+    many = descent_first(system)  # many points, or strength that falls over a length
     for way in _ways(system, patient) if many else (newton.solve,):
         solved = None if guess is None and way is newton.solve else way(system, start, load, node.history, target)
         if solved is not None:
@@ -224,7 +224,8 @@ def by_programs(
     pose, multiplier : to begin from
     old : history that the step begins with
     target : control displacement [m], None where the multiplier is prescribed
-    normal : normal forces of the last program, (m,), for the geometric stiffness; None at first
+    normal : normal forces of the last program, at which friction is frozen [N], (m,); None at first, for associative
+        friction
     ratio : work of the live load per control displacement [N]
     viscosity : of a jump's sub-step; 0 for a step in equilibrium
 
@@ -234,7 +235,7 @@ def by_programs(
     """
     area = system.bodies.area[:, None]
     now = system.evaluate(pose, old, multiplier)
-    done = np.zeros(system.order)
+    done = np.zeros(system.order)  # motion since the start of the step, own units
     for k in range(1, PROGRAMS + 1):
         elastic = trial(system.law, old, now.contact.displacement) * area
         advance = None if target is None else (target - system.controlled(now.pose)) * ratio
@@ -281,19 +282,21 @@ def quieted(
 ) -> Node | None:
     """The state that viscous sub-steps come to, with no viscous force left in it.
 
-    The viscosity eta is lowered from its first value until there is no force left in it. The result is None where
-    blocks are still on their way after half a block: they fall.
+    A force against the motion of each sub-step slows the blocks. Its viscosity eta is lowered from sub-step to sub-step
+    until that force is next to nothing. The result is None where blocks are still on their way after half a block: they
+    fall.
 
     Parameters
     ----------
     system : equations of the path's blocks and points
     pose, history : to begin from
-    commit : the history that is kept of a sub-step, from the one before and its state; as it came by default
-    target : control displacement that is held [m], None to keep the multiplier
+    target : control displacement that is held [m]; None to keep the multiplier
     multiplier : its first value [-]
-    normal : forces at which the programs' friction is frozen at first [N]; None for those of the pose
+    normal : normal forces at which the programs' friction is frozen at first [N], (m,); None for associative friction
     ratio : work of the live load per control displacement [N]
     eta : the first viscosity [block weights per elastic length]
+    commit : makes the history that is kept, from the history before a sub-step and the state at its end; None to keep
+        that of this state
     """
     total, begin = 0, pose.shift  # programs so far, and where the blocks were
     early, last_resort = descent_first(system), _programs_may_find(system)
@@ -328,7 +331,7 @@ def quieted(
 
 
 def handed_over(toward: float, nodes: Sequence[Node]) -> Array:
-    """Load that contacts found anew took off and that is not regained, at every node [-], shape (n,).
+    """Load that contacts found anew took off and that is not regained yet, at every node [-], shape (n,).
 
     It is no fall of the structure's own load.
 

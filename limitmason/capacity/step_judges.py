@@ -64,7 +64,7 @@ DROP_OF_SOFTENING = 0.2
 class JudgedPath:
     """A path on its way, see :func:`limitmason.capacity.path.follow`, and what its steps must not do.
 
-    A judge takes a try ``a`` of a step and says ACCEPTED where it has nothing against it. Otherwise it sets
+    A judge takes a try of a step and says ACCEPTED where it has nothing against it. Otherwise it sets
     ``advance``, the length of the next try, and says SHORTER, or says how the path ends. Loads are multipliers [-],
     times ``toward`` where they count as positive in the sense of the push.
     """
@@ -80,17 +80,17 @@ class JudgedPath:
     phase: Phase = Phase.RISING
     bound: float = np.inf  # length that steps which were seen to leap over the largest load must not have again [m]
     again: bool = False  # whether this step is tried again, shorter
-    failures: int = 0  # of this step to be found
-    passed: bool = False  # a limit point, by this step
-    halved: int = 0  # this step, for energy or for bonds
+    failures: int = 0  # times that the end of this step was not found
+    passed: bool = False  # whether this step passed a limit point
+    halved: int = 0  # times that this step was halved, for energy or for bonds, say
     rounds: int = 0  # of closing in on a limit point
     short: int = 0  # steps of this round
     taken_off: float = 0.0  # largest fall where contacts were found anew, of the largest load
     steepest: float = 0.0  # rise of the load over displacement so far [1/m]
     cuts: int = 0  # of this step, for its bend or for the end of the path
-    closer: int = 0  # tries to end where the load is that ends the path
+    closer: int = 0  # tries to end a path of softening joints at the load to which it is followed
     steady: int = 0  # steps that grow no longer than one that was cut, for points that ran off
-    ahead: Node | None = None  # what was found beyond the bend
+    ahead: Node | None = None  # the state found beyond a bend, where the step to it was cut
     near: Try | None = None  # the shortest step from a state that loses energy: a jump, should none go on without
 
     def __post_init__(self) -> None:
@@ -111,11 +111,11 @@ class JudgedPath:
         self.warnings.append(f"the path stops at {last.control:.4g} m, lambda {last.multiplier:.5g}: {why}")
         return end
 
-    def judged(self, a: Try) -> StepOutcome | PathEnd:
+    def judged(self, tried: Try) -> StepOutcome | PathEnd:
         """The first verdict on a try that does not accept it."""
         judges = self._leaps, self._skips_a_fall, self._goes_too_far, self._outruns, self._bends, self._hides_a_fall
         for judge in (*judges, self._makes_energy, self._keeps_bonds, self._passes_its_end):
-            verdict = judge(a)
+            verdict = judge(tried)
             if verdict is not StepOutcome.ACCEPTED:
                 return verdict
         return StepOutcome.ACCEPTED
@@ -124,53 +124,53 @@ class JudgedPath:
         """Size of the largest load so far [-]."""
         return max(abs(n.multiplier) for n in self.nodes[self.begin :])
 
-    def _leaps(self, a: Try) -> StepOutcome:
-        """A step that leaps while the load still rises to more than ever may have passed over the largest load.
+    def _leaps(self, tried: Try) -> StepOutcome:
+        """A step that leaps while the load still rises may have passed over the largest.
 
-        Where joints soften; where they are plastic it has if the leap ends by a fall that passes a limit point.
+        It may have where joints soften; where they are plastic, if the leap ends by a fall that passes a limit point.
         """
-        falls = a.system.law.softening is not None or (
-            self.toward * a.new.multiplier < (1.0 - DROP) * self._largest()
+        falls = tried.system.law.softening is not None or (
+            self.toward * tried.new.multiplier < (1.0 - DROP) * self._largest()
         )
-        if not a.new.jump or not falls or not self._rises_unseen(a):
+        if not tried.new.jump or not falls or not self._rises_unseen(tried):
             return StepOutcome.ACCEPTED
-        self.advance = self.bound = 0.5 * a.move
+        self.advance = self.bound = 0.5 * tried.move
         return StepOutcome.SHORTER
 
-    def _rises_unseen(self, a: Try) -> bool:
+    def _rises_unseen(self, tried: Try) -> bool:
         """Whether the load would rise within a step to more than ever, if it went on as it came."""
-        if a.guess is None or a.move <= self.shortest:
+        if tried.guess is None or tried.move <= self.shortest:
             return False
-        return self.toward * a.guess[1] > (1.0 + _UNSEEN) * self._largest()
+        return self.toward * tried.guess[1] > (1.0 + _UNSEEN) * self._largest()
 
-    def _skips_a_fall(self, a: Try) -> StepOutcome:
-        """Past a limit point: where a load that fell rises again, the fall between that may end the path is looked for.
+    def _skips_a_fall(self, tried: Try) -> StepOutcome:
+        """Past a limit point: a load that fell and rises again may hide the path's end.
 
-        From the node before the lowest, which is taken back, in shorter steps, until its load is known to the width of
-        a limit point. ACCEPTED where the step is none of these, where the fall cannot end the path, and where it is
-        known or given up.
+        It may have fallen far enough in between. Then the lowest node is taken off the path, and shorter steps are made
+        from the one before, until the lowest load is known to ``steps.peak``. ACCEPTED where the load did not fall and
+        rise, where the fall cannot end the path, and where it is known or given up.
         """
-        if self.to is not None or self.phase is not Phase.FALLING or a.new.jump or len(self.nodes) - self.begin < 2:
+        if self.to is not None or self.phase is not Phase.FALLING or tried.new.jump or len(self.nodes) - self.begin < 2:
             return StepOutcome.ACCEPTED
         before, largest = self.nodes[-2], self._largest()
-        fell = self.toward * (before.multiplier - a.last.multiplier)
-        rose = self.toward * (a.new.multiplier - a.last.multiplier)
-        moved = abs(a.last.control - before.control)
+        fell = self.toward * (before.multiplier - tried.last.multiplier)
+        rose = self.toward * (tried.new.multiplier - tried.last.multiplier)
+        moved = abs(tried.last.control - before.control)
         if moved == 0.0:
             # two samples at one displacement, as where points break: no slope goes through them
             return StepOutcome.ACCEPTED
-        # falls from the largest load, over it: at each sample, the deepest after it, and as low as the load comes in
-        # this step if it goes on to fall as it fell
+        # how far the load lies below the largest, over it: at each sample, at the lowest since, and as low as it may
+        # come in this step, were it to go on falling by the slope of the last one
         below = 1.0 - self.toward * np.array([n.multiplier for n in self.nodes[self.begin :]]) / largest
         known = float(below[int(np.argmin(below)) :].max())
-        on = fell * abs(a.new.control - a.last.control) / moved
+        on = fell * abs(tried.new.control - tried.last.control) / moved
         lowest = float(below[-1]) + on / largest
         # a first limit point is passed by a first fall, a path of joints that soften ends by a larger one
-        may_end = known <= DROP < lowest or lowest > (DROP if a.system.law.softening is None else DROP_OF_SOFTENING)
-        if not may_end or min(fell, rose) <= LEVEL * largest or a.last.jump or a.last.broken is not None:
+        may_end = known <= DROP < lowest or lowest > (DROP if tried.system.law.softening is None else DROP_OF_SOFTENING)
+        if not may_end or min(fell, rose) <= LEVEL * largest or tried.last.jump or tried.last.broken is not None:
             return StepOutcome.ACCEPTED
         if max(fell, rose) <= self.steps.peak * largest or self.rounds >= ROUNDS:
-            # known to the width, or given up
+            # the lowest load is known to ``steps.peak``, or the search for it is given up
             self.rounds, self.bound = 0, np.inf
             return StepOutcome.ACCEPTED
         self.rounds += 1
@@ -178,7 +178,7 @@ class JudgedPath:
         self.nodes.pop()
         return StepOutcome.SHORTER
 
-    def _hides_a_fall(self, a: Try) -> StepOutcome:
+    def _hides_a_fall(self, tried: Try) -> StepOutcome:
         """A step that ends with more load may hide a limit point and a fall that its end has made up for.
 
         It is halved while it may: where a tangent falls, at either end or with the weaker law of every point in
@@ -187,50 +187,51 @@ class JudgedPath:
         """
         # nothing is looked for on the reaction of a support, nor past the first limit point of a path that goes on
         behind = self.phase is Phase.FALLING and self.to is not None
-        if not self.loading or behind or a.new.jump or a.due is not None or a.guess is None:
+        if not self.loading or behind or tried.new.jump or tried.due is not None or tried.guess is None:
             return StepOutcome.ACCEPTED
-        move, largest = a.new.control - a.last.control, max(self._largest(), abs(a.new.multiplier))
-        rose = self.toward * (a.new.multiplier - self.nodes[-1].multiplier)
-        first = self._begins_with(a)
+        move, largest = tried.new.control - tried.last.control, max(self._largest(), abs(tried.new.multiplier))
+        rose = self.toward * (tried.new.multiplier - self.nodes[-1].multiplier)
+        first = self._begins_with(tried)
         self.steepest = max(self.steepest, first / abs(move))
         # a load that falls at its end hides nothing; to fall by DROP and come up again it has to be steep enough
         if rose < 0.0 or self.steepest * abs(move) - rose <= 2.0 * DROP * largest:
             return StepOutcome.ACCEPTED
         # what the slope at its end comes to over the step, and a fall of half of what counts
-        last, falls = self.toward * self.generations.rise(a.new, a.last, move), -0.5 * DROP * largest
-        off = abs(a.new.multiplier - a.guess[1]) > _DEPARTS * self.steps.smooth * largest
+        last, falls = self.toward * self.generations.rise(tried.new, tried.last, move), -0.5 * DROP * largest
+        off = abs(tried.new.multiplier - tried.guess[1]) > _DEPARTS * self.steps.smooth * largest
         hides = min(first, last) < falls or (
             off and first > MISSED * largest and may_have_fallen(first, rose + LEVEL * largest, last)
         )
         if off and not hides:
             # joints whose slip turns stick meanwhile: by their springs the load rises, and falls, and no tangent tells
             # motion [m] from where the step was going to its end, and from where it began
-            aside, went = (a.system.far(pose, a.new.pose) for pose in (a.guess[0], a.last.pose))
+            aside, went = (tried.system.far(pose, tried.new.pose) for pose in (tried.guess[0], tried.last.pose))
             hides = aside > _ASIDE * went
         if not hides:
-            weakest = self.generations.weakest_rise(self.nodes[self.begin :], a.new, move)
+            weakest = self.generations.weakest_rise(self.nodes[self.begin :], tried.new, move)
             hides = weakest is not None and not self.toward * weakest >= falls
-        return StepOutcome.SHORTER if hides and self._halve(a) else StepOutcome.ACCEPTED
+        return StepOutcome.SHORTER if hides and self._halve(tried) else StepOutcome.ACCEPTED
 
-    def _begins_with(self, a: Try) -> float:
+    def _begins_with(self, tried: Try) -> float:
         """What the slope at the start of a step comes to over all of it, in the sense of the push [-]."""
-        return self.toward * self.generations.rise(self.nodes[-1], self._before(), a.new.control - a.last.control)
+        move = tried.new.control - tried.last.control
+        return self.toward * self.generations.rise(self.nodes[-1], self._before(), move)
 
     def _before(self) -> Node | None:
-        """The node from which the last was reached by a path."""
+        """The node before the last; None at the beginning and after a jump."""
         return self.nodes[-2] if len(self.nodes) - self.begin > 1 and not self.nodes[-1].jump else None
 
-    def _bends(self, a: Try) -> StepOutcome:
+    def _bends(self, tried: Try) -> StepOutcome:
         """A step whose curve lies off the straight line between its ends is cut where their tangents meet."""
-        sharp = a.new.jump or a.due is not None or a.last.jump or self.phase is Phase.CLOSING
-        if sharp or a.guess is None or a.move <= self.shortest or self.cuts >= _CUTS:
+        sharp = tried.new.jump or tried.due is not None or tried.last.jump or self.phase is Phase.CLOSING
+        if sharp or tried.guess is None or tried.move <= self.shortest or self.cuts >= _CUTS:
             return StepOutcome.ACCEPTED
-        largest, move = max(self._largest(), abs(a.new.multiplier), 1e-300), a.new.control - a.last.control
-        if abs(a.new.multiplier - a.guess[1]) <= self.steps.peak * largest:
+        largest, move = max(self._largest(), abs(tried.new.multiplier), 1e-300), tried.new.control - tried.last.control
+        if abs(tried.new.multiplier - tried.guess[1]) <= self.steps.peak * largest:
             # as straight as it was foretold
             return StepOutcome.ACCEPTED
-        rose = self.toward * (a.new.multiplier - a.last.multiplier)
-        first, last = self._begins_with(a), self.toward * self.generations.rise(a.new, a.last, move)
+        rose = self.toward * (tried.new.multiplier - tried.last.multiplier)
+        first, last = self._begins_with(tried), self.toward * self.generations.rise(tried.new, tried.last, move)
         # the tangent of joints that are unloaded, or found anew, foretells little
         if (len(self.nodes) - self.begin < 2 or self.nodes[-1].onward is not None) and not first > rose > last:
             return StepOutcome.ACCEPTED
@@ -238,101 +239,103 @@ class JudgedPath:
             return StepOutcome.ACCEPTED  # a limit point, which is closed in on
         off, share = bend(first, rose, last)
         # the same in displacement, by the mean slope, over the displacement so far [-]
-        aside = off * abs(move) / max(abs(rose) * abs(a.new.control - self.origin.control), 1e-300)
+        aside = off * abs(move) / max(abs(rose) * abs(tried.new.control - self.origin.control), 1e-300)
         if off <= self.steps.peak * largest or not aside > self.steps.straight:
             return StepOutcome.ACCEPTED
-        self.cuts, self.ahead = self.cuts + 1, a.new
-        self.advance = float(np.clip(share, *_AT_BEND)) * a.move
+        self.cuts, self.ahead = self.cuts + 1, tried.new
+        self.advance = float(np.clip(share, *_AT_BEND)) * tried.move
         return StepOutcome.SHORTER
 
-    def _goes_too_far(self, a: Try) -> StepOutcome:
+    def _goes_too_far(self, tried: Try) -> StepOutcome:
         """A step in which points open, land, stick or run off by more than is found at its end."""
-        if a.new.jump or a.due is not None:
+        if tried.new.jump or tried.due is not None:
             return StepOutcome.ACCEPTED
-        # shares of the step in which each of these stays within bounds
-        made, size = self.generations, a.system.size
-        off = made.until_off(a.last, a.new)
+        # share of the step in which each of these stays within bounds
+        made, size = self.generations, tried.system.size
+        off = made.until_off(tried.last, tried.new)
         share = min(
-            until_open(a.system, a.last, a.new, self.steps.opening * size), off,
-            made.until_landed(a.last, a.new), until_stuck(made, self.nodes, a.new, self.steps.sliding * size),
+            until_open(tried.system, tried.last, tried.new, self.steps.opening * size), off,
+            made.until_landed(tried.last, tried.new),
+            until_stuck(made, self.nodes, tried.new, self.steps.sliding * size),
         )
-        if share == 1.0 or a.move <= self.shortest:
+        if share == 1.0 or tried.move <= self.shortest:
             return StepOutcome.ACCEPTED
         # a place where sides cross runs on as it ran: the next longer step would be cut again
         self.steady = _STEADY if off == share else self.steady
-        self.advance = share * a.move
+        self.advance = share * tried.move
         return StepOutcome.SHORTER
 
-    def _outruns(self, a: Try) -> StepOutcome:
+    def _outruns(self, tried: Try) -> StepOutcome:
         """A step in which blocks move much farther than at the pace of its start may end on another branch.
 
         It is halved while it may. Where the pace at its end is no faster either, no path leads there: it is a jump.
         """
-        if a.new.jump or a.last.jump or a.due is not None or a.guess is None:
+        if tried.new.jump or tried.last.jump or tried.due is not None or tried.guess is None:
             return StepOutcome.ACCEPTED  # the tangent of joints that a jump has unloaded foretells little
         # motion [m] of the blocks in the step, and as it was extrapolated
-        went, told = (a.system.far(a.last.pose, pose) for pose in (a.new.pose, a.guess[0]))
-        if went <= max(_OUTRUN * told, _MOVED * a.system.size):
+        went, told = (tried.system.far(tried.last.pose, pose) for pose in (tried.new.pose, tried.guess[0]))
+        if went <= max(_OUTRUN * told, _MOVED * tried.system.size):
             return StepOutcome.ACCEPTED
         # the same by the tangents at both ends
-        first, last = self.generations.paces(self.nodes[-1], self._before(), a.new)
+        first, last = self.generations.paces(self.nodes[-1], self._before(), tried.new)
         if went <= _OUTRUN * first:
             return StepOutcome.ACCEPTED
-        if self._halve(a):
+        if self._halve(tried):
             return StepOutcome.SHORTER
         if went <= _OUTRUN * last:
             return StepOutcome.ACCEPTED
-        if self._rises_unseen(a):
-            self.advance = 0.5 * a.move
+        if self._rises_unseen(tried):
+            self.advance = 0.5 * tried.move
             return StepOutcome.SHORTER
-        self._jumped(a)
+        self._jumped(tried)
         return StepOutcome.ACCEPTED
 
-    def _halve(self, a: Try) -> bool:
+    def _halve(self, tried: Try) -> bool:
         """Whether the step is tried half as long once more."""
-        if self.halved >= _HALVINGS or a.move <= self.shortest:
+        if self.halved >= _HALVINGS or tried.move <= self.shortest:
             return False
         self.halved += 1
-        self.advance = 0.5 * a.move
+        self.advance = 0.5 * tried.move
         return True
 
-    def _makes_energy(self, a: Try) -> StepOutcome | PathEnd:
+    def _makes_energy(self, tried: Try) -> StepOutcome | PathEnd:
         """A step that loses energy is a jump, and one that makes some is refused.
 
         Either is halved first, as energy may be left over by the length of the step alone.
         """
-        over = 0.0 if a.new.jump else self.generations.energy(a.last, a.new)  # over its gross work [-]
+        over = 0.0 if tried.new.jump else self.generations.energy(tried.last, tried.new)  # over its gross work [-]
         if abs(over) <= self.steps.energy:
             return StepOutcome.ACCEPTED
-        self.near = a if over > 0.0 else self.near
-        if self._halve(a):
+        self.near = tried if over > 0.0 else self.near
+        if self._halve(tried):
             return StepOutcome.SHORTER
         if over < 0.0:
-            return self._stopped(a.last, f"the next step would make {-over:.1%} of its work out of nothing")
-        self._jumped(a)
+            return self._stopped(tried.last, f"the next step would make {-over:.1%} of its work out of nothing")
+        self._jumped(tried)
         return StepOutcome.ACCEPTED
 
-    def _jumped(self, a: Try) -> Try:
+    def _jumped(self, tried: Try) -> Try:
         """A step to a state near by that loses energy, as the jump that it is."""
-        self.say(f"jump at {a.new.control:.4g} m: lambda {a.last.multiplier:.5f} to {a.new.multiplier:.5f}")
-        a.new = a.new._replace(jump=True)
-        return a
+        last, new = tried.last, tried.new
+        self.say(f"jump at {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
+        tried.new = tried.new._replace(jump=True)
+        return tried
 
-    def _keeps_bonds(self, a: Try) -> StepOutcome | PathEnd:
+    def _keeps_bonds(self, tried: Try) -> StepOutcome | PathEnd:
         """Open joints that still bear their bond end a path: the law does not say when such a bond is gone."""
-        bonded = self.generations.bonded(a.new)
+        bonded = self.generations.bonded(tried.new)
         if not bonded:
             return StepOutcome.ACCEPTED
-        return StepOutcome.SHORTER if self._halve(a) else self._stopped(a.last, bonded, PathEnd.OPENED)
+        return StepOutcome.SHORTER if self._halve(tried) else self._stopped(tried.last, bonded, PathEnd.OPENED)
 
-    def _passes_its_end(self, a: Try) -> StepOutcome:
+    def _passes_its_end(self, tried: Try) -> StepOutcome:
         """A step over the load at which a path of softening joints ends is cut there, to the width of a limit point.
 
         Where the load falls at one displacement, or leaps, the crossing is that fall.
         """
-        if self.to is not None or a.system.law.softening is None or a.new.jump or a.due is not None:
+        if self.to is not None or tried.system.law.softening is None or tried.new.jump or tried.due is not None:
             return StepOutcome.ACCEPTED
-        new = a.new._replace(handed=self.generations.handed(self.nodes[-1], a.last, a.new, self.toward))
+        new = tried.new._replace(handed=self.generations.handed(self.nodes[-1], tried.last, tried.new, self.toward))
         made = [*self.nodes[self.begin :], new]
         pushing = self.toward * np.array([n.multiplier for n in made])
         pushed = float(pushing.max())
@@ -340,10 +343,10 @@ class JudgedPath:
         own = pushing + handed_over(self.toward, made)
         before, after = own[-2:] - (1.0 - DROP_OF_SOFTENING) * pushed
         width = self.steps.peak * pushed
-        if not before > 0.0 > after + width or a.move <= self.shortest or self.closer >= ROUNDS:
+        if not before > 0.0 > after + width or tried.move <= self.shortest or self.closer >= ROUNDS:
             return StepOutcome.ACCEPTED
         # half of the width beyond, so that the sample is the last; from one that is short of it the path goes on
         share = (before + 0.5 * width) / (before - after)
-        self.closer, self.ahead, self.cuts = self.closer + 1, a.new, 1
-        self.advance = float(np.clip(share, *_AT_END)) * a.move
+        self.closer, self.ahead, self.cuts = self.closer + 1, tried.new, 1
+        self.advance = float(np.clip(share, *_AT_END)) * tried.move
         return StepOutcome.SHORTER

@@ -78,15 +78,15 @@ class Steps:
 
 
 def extrapolated(system: System, nodes: list[Node], move: float) -> tuple[Pose, float] | None:
-    """Guess of pose and multiplier after a move, by last increment or elastic tangent.
+    """Guess of pose and multiplier after a move, by the last increment or the tangent.
 
-    The tangent is taken at the start and where bonds just broke, as the increment before says nothing there. The last
-    node is the one that the step begins from, with its contacts found anew.
+    The tangent is taken at the start and where bonds just broke, as the increment before says nothing there. None where
+    it is singular.
 
     Parameters
     ----------
     system : equations of the path's blocks and points
-    nodes : states of the path so far
+    nodes : states of the path so far; the last one, from which the step begins, with its contacts found anew
     move : control displacement, signed [m]
     """
     last = nodes[-1]
@@ -135,7 +135,7 @@ def bend(first: float, rose: float, last: float) -> tuple[float, float]:
 
 
 def growth(new: Node, off: float | None, smooth: float, second: bool) -> float:
-    """How much longer the next step is than the one to a node.
+    """How many times as long the next step is as the one to a node [-].
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def growth(new: Node, off: float | None, smooth: float, second: bool) -> float:
 
 
 def until_open(system: System, last: Node, new: Node, most: float) -> float:
-    """Share of a step in which no point that bore opens beyond a gap, or 1.0 [-].
+    """Share of a step in which no point that bore opens beyond a gap, at most 1.0 [-].
 
     Closing and opening are taken on one straight line, from what the spring is pressed by at the start to the gap at
     the end. The step is cut where the line is at half of the gap ``most`` [m].
@@ -176,10 +176,9 @@ def until_open(system: System, last: Node, new: Node, most: float) -> float:
 
 
 def until_stuck(generations: Generations, nodes: list[Node], new: Node, most: float) -> float:
-    """Share of a step in which a point that sticks at its end would not have slid too far.
-
-    It is asked of points that slid in the step before and now stick. Had they slid on at the same rate, that would have
-    been by more than ``most`` [m].
+    """Share of a step in which no point misses too much slip by sticking [-].
+    It is asked of points that slid in the step before and now stick: what they miss is the slip at the rate of before.
+    1.0 where all of the step is so.
 
     Parameters
     ----------
@@ -192,7 +191,7 @@ def until_stuck(generations: Generations, nodes: list[Node], new: Node, most: fl
     if len(nodes) < 2 or last.broken is not None or last.control == nodes[-2].control:
         return 1.0
     slid = np.linalg.norm(last.history.slip - generations.begun(nodes[-2]).history.slip, axis=1)
-    if last.onward is not None:
+    if last.onward is not None:  # rows of points as before contacts were found anew; new ones have not slid
         slid = np.where(last.onward.before < 0, 0.0, slid[last.onward.before])
     on = slid * abs((new.control - last.control) / (last.control - nodes[-2].control))
     made = np.linalg.norm(new.history.slip - generations.begun(last).history.slip, axis=1)

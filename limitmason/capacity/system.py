@@ -66,6 +66,14 @@ class System:
         size, and the elastic length
     springs : stiffness of the shapes' coordinates [N/m], shape (n, k); 0 where a block has none
     ties : rods between blocks that are rigid
+
+    Attributes
+    ----------
+    order : number of the free degrees of freedom, the unknowns beside the multiplier
+    row_scale, motion_scale : from newtons, and to metres and radians, from own units, shape (d,)
+    control_own, springs_own : ``control`` and ``springs`` in own units on the unknowns, shape (order,)
+    ends, tie_ends : unknowns of both blocks of every point, (m, 2, d), and tie, (t, 2, d); -1 for held ones
+    starts : first point of every run of points between the same two blocks, shape (runs,)
     """
 
     def __init__(
@@ -78,7 +86,7 @@ class System:
         self.weight, self.size, self.length = weight, size, length
         free = bodies.free
         self.order = int(free.sum())
-        number = np.full(free.shape, -1, np.intp)
+        number = np.full(free.shape, -1, np.intp)  # unknown of every degree of freedom, -1 where it is held
         number[free] = np.arange(self.order)
         turns = np.abs(bodies.basis[3:6]).max(axis=0) > 0.5  # of a basis of unit vectors: turns, and not shifts
         self.row_scale = np.where(turns, 1.0 / (weight * size), 1.0 / weight)
@@ -89,9 +97,10 @@ class System:
         # points come joint by joint: one element per run of points between the same two blocks
         pair = bodies.block_a * len(free) + bodies.block_b
         self.starts = np.flatnonzero(np.diff(pair, prepend=-1))
-        run = np.diff(np.append(self.starts, len(pair)))
-        place = np.arange(run.max(initial=0))
-        self._of_run = np.where(place < run[:, None], self.starts[:, None] + place, -1)  # points of a run, -1 for none
+        length_of_run = np.diff(np.append(self.starts, len(pair)))
+        place = np.arange(length_of_run.max(initial=0))
+        # numbers of the points of every run, filled up with -1, shape (runs, longest)
+        self._of_run = np.where(place < length_of_run[:, None], self.starts[:, None] + place, -1)
         self.tie_ends = np.stack([number[ties.block_a], number[ties.block_b]], axis=1)  # (t, 2, d)
         ends = np.concatenate([self.ends[self.starts], self.tie_ends])
         self._tangent_pattern(ends.reshape(len(ends), -1), number[loads.turning])
@@ -117,15 +126,13 @@ class System:
         # by columns, then rows, as a compressed column matrix stands; one slot for entries at one place
         key, slot = np.unique(columns * (order + 1) + rows, return_inverse=True)
         indptr = np.searchsorted(key, np.arange(order + 2) * (order + 1))
-        # of every entry of the elements and of loads that turn, -1 for those of held blocks; then of the rest
+        # slots of the elements' entries (_slot), and of loads that turn (_turning), -1 for those of held blocks; _rest
         own_slot = np.full(len(keep), -1)
         own_slot[keep], self._rest = slot[: keep.sum()], slot[keep.sum() :]
         self._slot, self._turning = np.split(own_slot, [len(dofs[0]) * dofs[0].shape[1] ** 2])
         self._fronts: UnsymmetricFronts | None = None
         indices, indptr = (key % (order + 1)).astype(np.int32), indptr.astype(np.int32)
         self._pattern = sparse.csc_matrix((np.zeros(len(key)), indices, indptr), shape=(order + 1,) * 2)
-
-    # ---- equations ----------------------------------------------------------------------------------------------
 
     def evaluate(self, pose: Pose, old: PlasticHistory, multiplier: float) -> Evaluated:
         """Stresses, wrenches and unbalance in a pose reached from a history.
@@ -170,7 +177,7 @@ class System:
         return (dead * self.row_scale)[self.bodies.free], (live * self.row_scale)[self.bodies.free]
 
     def relative(self, at: Evaluated, own: Array) -> tuple[Array, Array]:
-        """Displacement of the points, (m, c), and elongation of the ties, (t,), by a small motion in own units [m]."""
+        """Displacement of points, (m, c), and elongation of ties, (t,), by a motion in own units, (order,) [m]."""
         motion, b = self._motion(own), self.bodies
         ends_of_ties = np.stack([motion[self.ties.block_a], motion[self.ties.block_b]], axis=1)
         longer = -np.einsum("tsd,tsd->t", at.pulled.wrenches, ends_of_ties)
@@ -269,11 +276,9 @@ class System:
         return step if np.isfinite(step).all() else None
 
     def sense(self, at: Evaluated, prescribed: str) -> int:
-        """Sign of the determinant of the bordered tangent, or 0 where it is singular.
+        """Sign of the determinant of the bordered tangent at ``at``, or 0 where it is singular.
 
-        Parameters
-        ----------
-        prescribed : "control" or "multiplier", which is kept
+        ``prescribed`` is "control" or "multiplier", which is kept.
         """
         matrix = self.tangent(at, prescribed)
         try:
@@ -291,7 +296,7 @@ class System:
 
         Parameters
         ----------
-        prescribed : "control" or "multiplier", which is kept
+        at, prescribed : the pose, and "control" or "multiplier", which is kept
         """
         element = self._deforming_elements(at) if self.bodies.deforming else self._elements(at)
         if len(self.ties.length):
@@ -305,10 +310,12 @@ class System:
         turned = self.loads.load_tangent(at.pose, at.multiplier) * (self.row_scale[:, None] * self.motion_scale)
         moves = self._turning >= 0
         values[self._turning[moves]] += turned.ravel()[moves]
-        return _filled(self._pattern, values)
+        made = copy(self._pattern)  # shares its indices: a matrix made anew would check them again
+        made.data = values
+        return made
 
     def _summed(self, element: Array) -> Array:
-        """Entries of the matrix that elements in newtons and metres come to, own units, shape (entries,)."""
+        """Entries of the tangent, own units, by elements in newtons and metres, (k, 2 d, 2 d)."""
         rows, columns = np.concatenate([self.row_scale] * 2), np.concatenate([self.motion_scale] * 2)
         scale = rows[:, None] * columns
         if self.bodies.large:
@@ -354,8 +361,7 @@ class System:
         runs, most = self._of_run.shape
         flat = at.wrenches.reshape(m, c, 2 * d)
         stiff = (b.area[:, None, None] * at.returned.tangent) @ flat
-        # runs are padded to one length by points numbered -1
-        # the last row, of no point, is nothing
+        # points of a run numbered -1 take the last row, which is nothing
         left = np.concatenate([flat, np.zeros((1, c, 2 * d))])[self._of_run].reshape(runs, most * c, 2 * d)
         right = np.concatenate([stiff, np.zeros((1, c, 2 * d))])[self._of_run].reshape(runs, most * c, 2 * d)
         element = -left.transpose(0, 2, 1) @ right
@@ -390,10 +396,3 @@ class System:
         columns = np.broadcast_to(np.arange(len(values))[:, None, None], values.shape)
         keep = ends >= 0
         return sparse.csc_matrix((values[keep], (ends[keep], columns[keep])), shape=(self.order, len(values)))
-
-
-def _filled(pattern: sparse.csc_matrix, values: Array) -> sparse.csc_matrix:
-    """A matrix of a pattern, whose indices it shares: making one anew would check them again."""
-    made = copy(pattern)
-    made.data = values
-    return made

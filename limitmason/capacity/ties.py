@@ -87,14 +87,16 @@ def stiffness(at: Pulled, basis: Array) -> Array:
     e = at.direction
     # the direction turns with the ends: T de = T / L (1 - e e') (v_b - v_a)
     across = (at.tension / np.maximum(at.length, 1e-300))[:, None, None] * (np.eye(3) - e[:, :, None] * e[:, None, :])
+    # skew matrices of both arms and of the force
     a, b, f = cross_matrix(at.arm_a), cross_matrix(at.arm_b), cross_matrix(at.tension[:, None] * e)
     one = np.broadcast_to(np.eye(3), a.shape)
     turned = across @ np.concatenate([-one, a, one, -b], axis=2)  # (t, 3, 12): theta x arm = -[arm] theta
+    # rows: force and moment on a, then on b; columns: shift and spin of a, then of b
     full = np.concatenate([turned, a @ turned, -turned, -b @ turned], axis=1)
     # the arms turn too: (theta x arm) x T e
     full[:, 3:6, 3:6] += f @ a
     full[:, 9:12, 9:12] -= f @ b
-    p = np.zeros((12, 2 * d))
+    p = np.zeros((12, 2 * d))  # from the degrees of freedom of both blocks to their motions
     p[:6, :d], p[6:, d:] = basis, basis
     # a tie gets longer by minus the power of its unit wrenches
     return np.asarray(p.T @ full @ p - at.tangent[:, None, None] * flat[:, :, None] * flat[:, None, :])

@@ -104,7 +104,7 @@ class Body(ReadOnly):
 
 
 class Polynomials:
-    """All polynomials up to a degree over a convex block, without its rigid motions taken out.
+    """All polynomials up to a degree over a convex block, its rigid motions among them.
 
     Parameters
     ----------
@@ -157,10 +157,11 @@ class Polynomials:
 
         Parameters
         ----------
-        coefficients : of every shape in the products, shape (k, 3, e)
+        coefficients : of every shape in the products of :class:`Body`, along its axes, shape (k, 3, e)
         names : of the shapes, in words
         """
         none = np.zeros((0, 0))
+        # stiffness, mass and mean gradient are found from the strains and displacements of the shapes, and then put in
         out = Body(
             centroid=self.block.centroid, axes=self.axes, half=self.half, powers=self.powers, coefficients=coefficients,
             stiffness=none, mass=none, elasticity=self.elasticity, names=names, mean_gradient=np.zeros((0, 3, 3)),
@@ -177,14 +178,14 @@ class Polynomials:
         )
 
     def fitted(self, shapes: Array) -> Array:
-        """Coefficients of shapes without mean displacement and rotation, shape (k, 3, e).
+        """Coefficients of shapes, less their mean displacement and rotation, (k, 3, e).
 
         Parameters
         ----------
         shapes : values at the points of polynomials up to the degree, along the block's axes [m], shape (m, k, 3)
         """
         w, x = self.weight, self.local
-        # take off the mean, and the rotation of least squares, for which the body is as rigid as one of density 1
+        # take off the mean, and the rotation of least squares: inertia of a density of 1 times spin is the moment
         u = shapes - np.tensordot(w, shapes, axes=1) / w.sum()
         inertia = np.einsum("m,mij->ij", w, (x**2).sum(axis=1)[:, None, None] * np.eye(3) - x[:, :, None] * x[:, None])
         spin = np.linalg.solve(inertia, np.einsum("m,mki->ik", w, np.cross(x[:, None], u)))
@@ -232,6 +233,7 @@ def block_axes(solid: Solid, normal: Array | None) -> Array:
         flat = np.concatenate([s - np.outer(s @ normal, normal) for s in sides])
         along, _ = _longest(flat)
         return np.stack([along, normal, np.cross(along, normal)])
+    # normals of the faces, as long as twice their areas
     across, faces = _longest(np.array([np.cross(c, np.roll(c, -1, axis=0)).sum(axis=0) for c in corners]))
     # two equal faces need not be parallel, as a voussoir's beds: their sides are laid into the plane between them
     flat = np.concatenate([sides[k] for k in faces])
@@ -240,9 +242,10 @@ def block_axes(solid: Solid, normal: Array | None) -> Array:
 
 
 def _longest(vectors: Array) -> tuple[Array, Index]:
-    """Unit vector along the longest of vectors (n, 3), and their numbers.
+    """Unit vector along the longest of vectors, (n, 3), and the numbers of those that set it.
 
-    Of equally long ones, as of a voussoir's two beds, it is the mean of those that nearly point along the first.
+    Of equally long ones, as of a voussoir's two beds, it is the mean of those that nearly point along the first, or
+    against it.
     """
     size = np.linalg.norm(vectors, axis=1)
     # sense does not count: opposite faces have opposite normals
@@ -256,23 +259,29 @@ def _longest(vectors: Array) -> tuple[Array, Index]:
 def volume_points(solid: Solid, centre: Array, order: int = 4) -> tuple[Array, Array]:
     """Quadrature over a convex solid, exact for polynomials up to ``order``.
 
-    Points are from ``centre`` [m], shape (m, 3), weights [m3], shape (m,).
-
     Tetrahedra from the centre to the triangles of the faces, each with a product of Gauss and Jacobi rules on the
     collapsed cube (Stroud 1971, conical product).
+
+    Parameters
+    ----------
+    centre : a point of the solid [m], shape (3,)
+
+    Returns
+    -------
+    Points seen from the centre [m], shape (m, 3), and their weights [m3], shape (m,).
     """
     n = order // 2 + 1  # a Gauss rule of n points is exact up to degree 2 n - 1
     # Jacobi rules on (-1, 1) with the weights (1 - x)^2, 1 - x and 1, to which the cube collapses, moved to (0, 1)
     grids = [roots_jacobi(n, a, 0.0) for a in (2.0, 1.0, 0.0)]
     rules = [((1.0 + x) / 2.0, y / 2.0 ** (1 + a)) for (x, y), a in zip(grids, (2, 1, 0), strict=True)]
     (u, wu), (v, wv), (w, ww) = rules
-    a, b, c = (g.ravel() for g in np.meshgrid(u, v, w, indexing="ij"))
+    a, b, c = (g.ravel() for g in np.meshgrid(u, v, w, indexing="ij"))  # points of the cube
     weight = np.einsum("i,j,k->ijk", wu, wv, ww).ravel()
     # barycentric weights of a tetrahedron's corners beside the centre
     local = np.column_stack([a, b * (1.0 - a), c * (1.0 - a) * (1.0 - b)])
     triangles = np.array([(f[0], f[k], f[k + 1]) for f in solid.faces for k in range(1, len(f) - 1)])
     corner = solid.vertices[triangles] - centre
-    det = np.linalg.det(corner)
+    det = np.linalg.det(corner)  # six times the volume of every tetrahedron, which the rules' weights divide by six
     points = np.einsum("mc,tci->tmi", local, corner)
     return points.reshape(-1, 3), (det[:, None] * weight).ravel()
 
@@ -282,7 +291,7 @@ def products(x: Array, powers: Index) -> tuple[Array, Array]:
 
     Parameters
     ----------
-    x : scaled coordinates of points [-], shape (m, 3)
+    x : coordinates of points over the half extents [-], shape (m, 3)
     powers : degree along every axis of each product, shape (e, 3)
     """
     most = int(powers.max())
@@ -290,6 +299,7 @@ def products(x: Array, powers: Index) -> tuple[Array, Array]:
     derivative = np.zeros_like(one)
     for k in range(1, most + 1):
         derivative[..., k] = legendre.legval(x, legendre.legder(np.eye(most + 1)[k]))
+    # of every axis its factor in each product, (3, m, e), and the derivative of that
     factor = np.stack([one[:, i, powers[:, i]] for i in range(3)])
     change = np.stack([derivative[:, i, powers[:, i]] for i in range(3)])
     slope = [change[i] * factor[(i + 1) % 3] * factor[(i + 2) % 3] for i in range(3)]

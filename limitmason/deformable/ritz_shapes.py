@@ -47,13 +47,13 @@ def polynomial_block(block: Block, elasticity: Elasticity, *, degree: int = DEGR
         raise InputError(f"degree of the polynomials must be a whole number from 1 to {HIGHEST}, got {degree!r}")
     space = Polynomials(block, elasticity, degree)
     n, used = len(space.powers), list(space.used)
-    # one polynomial in one direction each, of which the Ritz vectors are sums
+    # one product of Legendre polynomials in one direction each, of which the Ritz vectors are sums
     unit = np.zeros((len(used) * n, 3, n))
     for row, i in enumerate(used):
         unit[row * n : (row + 1) * n, i] = np.eye(n)
     every = space.body(unit, tuple(f"product {k}" for k in range(len(unit))))
     rigid = 3 if elasticity.plane else 6
-    # of a density of 1; the first eigenvalues are zero, of the rigid motions, which the block has already
+    # w^2 and v for a density of 1; the first are zero, of the rigid motions, which the block has already
     squared, vectors = eigh(every.stiffness, np.kron(np.eye(len(used)), space.gram))
     # vectors of a unit integral of phi . phi, to one that is the volume
     squared, vectors = squared[rigid:] * block.volume, vectors[:, rigid:] * np.sqrt(block.volume)

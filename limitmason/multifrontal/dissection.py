@@ -74,6 +74,7 @@ def dissect(graph: sparse.csr_array, position: Array, leaf: int) -> list[Index]:
     fronts, pieces = [], [np.arange(graph.shape[0])]
     while pieces:
         piece = pieces.pop()
+        # edges of the graph within the piece, from node ``owner`` to node ``other``
         local[piece] = np.arange(len(piece))
         entries, owner = ragged_ranges(start[piece], start[piece + 1] - start[piece])
         other = local[neighbour[entries]]
@@ -102,7 +103,7 @@ def _best_cut(position: Array, owner: Index, other: Index) -> tuple[Flags, Flags
     other : node at its other end, shape (edges,)
     """
     n, best, chosen = len(position), np.inf, None
-    for x in position.T:
+    for x in position.T:  # along every axis
         order = np.argsort(x, kind="stable")
         layer = np.empty(n, dtype=np.intp)
         # a layer ends where the next node along the axis is farther than a part of the whole extent
@@ -140,11 +141,11 @@ def elimination_tree(graph: sparse.csr_array, fronts: list[Index]) -> Tree:
     """
     start, neighbour = graph.indptr, graph.indices
     order = np.concatenate(fronts)
-    place = np.empty(len(order), np.intp)
+    place = np.empty(len(order), np.intp)  # place of every node in the order of elimination
     place[order] = np.arange(len(order))
     count = np.array([len(f) for f in fronts])
-    front_of = np.repeat(np.arange(len(fronts)), count)
-    last = np.cumsum(count)
+    front_of = np.repeat(np.arange(len(fronts)), count)  # front that eliminates the node at every place
+    last = np.cumsum(count)  # first place behind every front
     boundary: list[Index] = []
     parent = np.full(len(fronts), -1, dtype=np.intp)
     children: list[list[int]] = [[] for _ in fronts]

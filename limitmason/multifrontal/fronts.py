@@ -34,7 +34,7 @@ class Fronts:
     owned : how many it eliminates, shape (fronts,)
     edges : ranks of the unknowns that each front touches and leaves to its parent, ascending
     edge, edge_start : the same in one row for compiled functions, front k at edge_start[k] : edge_start[k + 1]
-    size : numbers to store for a whole factor
+    size : how many numbers a whole factor has
     """
 
     def __init__(self, tree: Tree, width: Index) -> None:
@@ -88,8 +88,9 @@ class Fronts:
 
         Parameters
         ----------
-        assembled : from the number of a front, its entries of the matrix; its children's updates are added to them
-        pivoted : from number and assembled front, factor of the own block, what is kept below it, and the update
+        store : written, the factors of all fronts in a row, laid out as :meth:`parts` reads them
+        assembled : makes, from the number of a front, its entries of the matrix; its children's updates are added
+        pivoted : makes, from number and assembled front, factor of the own block, what is kept below it, and the update
         """
         from limitmason.multifrontal.kernels import extend_add  # compiled: loaded where a matrix is factored
 

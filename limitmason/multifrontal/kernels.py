@@ -61,9 +61,10 @@ def substitute(
     for k in range(fronts):
         widest = max(widest, edge_start[k + 1] - edge_start[k])
     work = np.empty(widest)
+    # forwards: a front's own unknowns by its diagonal block, whose multiples are then taken off those it touches
     for k in range(fronts):
         n, m, e = owned[k], edge_start[k + 1] - edge_start[k], edge_start[k]
-        top, low = store_start[k], store_start[k] + n * n
+        top, low = store_start[k], store_start[k] + n * n  # where its diagonal block and the block of its edge begin
         for r in range(x.shape[0]):
             own = x[r, first[k] : first[k] + n]
             for j in range(n):
@@ -92,6 +93,7 @@ def substitute(
                 j += 1
             for i in range(m):
                 x[r, edge[e + i]] -= t[i]
+    # backwards: what the unknowns that it touches come to is taken off its own, then its diagonal block transposed
     for k in range(fronts - 1, -1, -1):
         n, m, e = owned[k], edge_start[k + 1] - edge_start[k], edge_start[k]
         top, low = store_start[k], store_start[k] + n * n
@@ -132,7 +134,7 @@ def substitute(
 def _less_columns(column: Array, columns: Array, s: int, many: int) -> None:
     """Subtract from a column of a front its multiples of those before it: a forward substitution, L y = column.
 
-    Three columns at a time are read at once.
+    Three columns are read together, the first two of which change the entries of the next ones.
 
     Parameters
     ----------
@@ -164,7 +166,7 @@ def _less_above(columns: Array, beside: Array, n: int, m: int) -> None:
     """Subtract from the rows beside the columns of a front their multiples of the rows above: U, then the update.
 
     Row i becomes row i less the sum over j < min(i, n) of L[i, j] row j. The first n rows are then rows of U, the
-    others the update of the parent.
+    others what is added to the front of the parent.
     Two rows and three columns at a time: with more, the compiler asks whether they overlap and does not vectorise.
 
     Parameters
@@ -229,12 +231,13 @@ def factor_unsymmetric(
     child_start, child, place_start, place = children
     update_start, store_start = starts
     work, updates, store = arrays
-    first = 0
+    first = 0  # number of unknowns that are eliminated so far
     for k in range(owned.size):
         n, m = owned[k], edge_start[k + 1] - edge_start[k]
         s = n + m
         columns, beside = store[store_start[k] : store_start[k] + n * s], work[: s * m]
         columns[:], beside[:] = 0.0, 0.0
+        # the front: entries of the matrix, and what the fronts of its children leave
         for e in range(entry_start[k], entry_start[k + 1]):
             if spot[e] < n * s:
                 columns[spot[e]] = value[entry[e]]
@@ -253,7 +256,7 @@ def factor_unsymmetric(
                     columns[to[b] * s + at] += update[b]
                 for b in range(own, size):
                     beside[at * m + to[b] - n] += update[b]
-        for b in range(n):  # a column less those before it, then its pivot
+        for b in range(n):  # exchanges so far, the column less those before it, its pivot, and its exchange
             column = columns[b * s : (b + 1) * s]
             for j in range(b):
                 p = pivot[first + j]
@@ -292,10 +295,11 @@ def substitute_unsymmetric(
     ----------
     x : b, which becomes the solution, unknowns in order of elimination, shape (n,)
     owned, edge_start, pivot : as for :func:`factor_unsymmetric`
-    edge : unknowns that the fronts touch, in one list
+    edge : numbers in x of the unknowns that the fronts touch, in one list
     store_start, store : where the factors of every front begin, shape (fronts,), and all factors
     """
     first, work = 0, np.empty((owned + np.diff(edge_start)).max())
+    # L y = b: exchanges of rows, own unknowns, then those that the front touches, from which its multiples are taken
     for k in range(owned.size):
         n, m, e = owned[k], edge_start[k + 1] - edge_start[k], edge_start[k]
         s, own = n + m, x[first : first + n]
@@ -312,6 +316,7 @@ def substitute_unsymmetric(
         for i in range(m):
             x[edge[e + i]] += below[n + i]
         first += n
+    # U x = y: what the unknowns that a front touches come to is taken off its own, then its columns from the last
     for k in range(owned.size - 1, -1, -1):
         n, m, e = owned[k], edge_start[k + 1] - edge_start[k], edge_start[k]
         first -= n

@@ -21,15 +21,22 @@ class UnsymmetricFronts:
     ----------
     pattern : shape (n + 1, n + 1), as symmetric as its values are not; its last row and column are the border,
         eliminated last
-    node : of every unknown but the border, ascending, shape (n,)
+    node : number of the node (block) that every unknown but the border is of, ascending, shape (n,)
     position : of every node [m], shape (nodes, 3)
+
+    Attributes
+    ----------
+    order : number of the unknown at every rank in the order of elimination, shape (n + 1,)
+    fronts : sizes and places of the fronts
+    edge_size : how many unknowns each front touches and leaves to its parent, shape (fronts,)
     """
 
     def __init__(self, pattern: sparse.csc_matrix, node: Index, position: Array) -> None:
         """Find the order, and where every entry and every update goes."""
         nodes = len(position)
         node = np.append(node, nodes)  # the border is a node of its own
-        column = np.repeat(np.arange(pattern.shape[1]), np.diff(pattern.indptr))
+        column = np.repeat(np.arange(pattern.shape[1]), np.diff(pattern.indptr))  # of every entry
+        # graph of the nodes that share an entry
         ones = np.ones(pattern.nnz)
         graph = sparse.coo_array((ones, (node[pattern.indices], node[column])), shape=(nodes + 1,) * 2).tocsr()
         graph.setdiag(0)
@@ -42,15 +49,17 @@ class UnsymmetricFronts:
         sequence, width = np.concatenate(order), np.bincount(node)
         # unknowns sorted by the turn of their node; stable, so that those of a node keep their order
         by_node = np.argsort(np.argsort(sequence)[node], kind="stable")
-        self.order: Index = by_node  # unknown of every rank
-        rank = np.empty(len(node), np.intp)
+        self.order: Index = by_node
+        rank = np.empty(len(node), np.intp)  # of every unknown
         rank[by_node] = np.arange(len(node))
         self.fronts = fronts = Fronts(tree, width[sequence])
         self.edge_size = edge = np.diff(fronts.edge_start)
         size = fronts.owned + edge
-        stored = fronts.owned * (size + edge)
+        stored = fronts.owned * (size + edge)  # first columns of the front, and the rest of its first rows
+        # where updates and factors of the fronts begin
         self._starts = _reused(edge, tree.parent), np.cumsum(stored) - stored
         self._stored = int(stored.sum())
+        # what ``kernels.factor_unsymmetric`` calls entries: by front, number of the entry and its spot there
         # an entry belongs to the front that eliminates the first of its two unknowns
         row, across = rank[pattern.indices], rank[column]
         owner = fronts.eliminating(np.minimum(row, across))
@@ -60,6 +69,7 @@ class UnsymmetricFronts:
         for k in range(len(order)):
             of = entry[start[k] : start[k + 1]]
             i, j, n = fronts.place(k, row[of]), fronts.place(k, across[of]), fronts.owned[k]
+            # the first n columns one by one, then, by rows, what is beside them
             beside = n * size[k] + i * edge[k] + j - n
             spot[start[k] : start[k + 1]] = np.where(j < n, j * size[k] + i, beside)
         self._entries = start, entry, spot
@@ -95,7 +105,10 @@ class UnsymmetricFronts:
         return (store, pivot) if found else None
 
     def solve(self, store: Array, pivot: Index, right: Array) -> Array:
-        """The solution for a right side, shape (n + 1,) as it is, by what :meth:`factors` returned."""
+        """The solution for a right side, both of shape (n + 1,).
+
+        ``store`` and ``pivot`` are what :meth:`factors` returned.
+        """
         from limitmason.multifrontal.kernels import substitute_unsymmetric
 
         x, f = right[self.order], self.fronts

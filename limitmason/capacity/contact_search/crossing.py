@@ -113,7 +113,7 @@ def _met(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _Met:
 
 
 def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> Crossings:
-    """Sides of faces that look at each other, cross at least so far from their ends and are near there [m].
+    """Sides of faces that look at each other, which cross in a pose and are near there.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> 
         f, g = f[near], g[near]
     p, q = products(start, f, start, g)
     met = _met(shapes, pose, p, q)
-    # gaps from - near - depth to near
+    # gaps from -near - depth to near, written about the middle between both
     use = (met.inside > inside) & (np.abs(met.gap + 0.5 * depth) < shapes.near + 0.5 * depth)
     p, q = p[use], q[use]
     return Crossings(
@@ -189,7 +189,7 @@ def faces_that_meet(
     first : contacts of the reference pose
     plane : of a problem in plane, whose faces are then lines; None in space
     size : median block size [m]
-    firm : ranks of the blocks
+    firm : rank of every block by :func:`.firmness`, the higher the firmer, shape (n,)
     """
     shapes, first = shapes_of(assembly, first, plane, size, firm)
     shapes = shapes.with_openings(first)
@@ -262,7 +262,7 @@ def looking(shapes: Shapes, pose: Pose, near: Near) -> Array:
     near : corners at faces, and places where sides cross
     """
     crosses = is_crossing(shapes, near)
-    p, q = _sides(shapes, np.where(crosses, near.corner, 0))
+    p, q = _sides(shapes, np.where(crosses, near.corner, 0))  # 0 stands for what is no crossing, and is not used
     # a crossing is on the faces of its two sides, a corner on its own and the one it lies at
     one = shapes.corner_face[np.where(crosses, p, near.corner)]
     two = np.where(crosses, shapes.corner_face[np.where(crosses, q, 0)], near.face)
@@ -335,22 +335,24 @@ def as_near(shapes: Shapes, found: Crossings, before: Pose, now: Pose) -> Near:
 
 
 def with_crossings(shapes: Shapes, c: PathContacts) -> tuple[Shapes, PathContacts]:
-    """Contacts of the reference pose in space, each at which two sides cross told its corner and face.
+    """Contacts of the reference pose in space, those where two sides cross with their numbers.
 
     A point between faces is a corner of one block, or a place where a side of one face crosses a side of the other. The
-    second kind is found here. Its frame may have to go to the other block of the pair. Crossings that are no point of
-    a joint are noted as `strangers` of the shapes: they are not taken for new contacts later.
+    second kind is found here: it gets the number of the crossing as its ``corner``, and its ``face``. Its frame may
+    have to go to the other block of the pair. Crossings that are no point of a joint are noted as ``strangers`` of the
+    shapes: they are not taken for new contacts later.
 
     Parameters
     ----------
-    c : points of the joints; `corner` and `face` are -1 where none is known yet
+    shapes : faces and corners of the blocks
+    c : points of the joints; ``corner`` and ``face`` are -1 where none is known yet
     """
     shapes = shapes._replace(edge=_edges(shapes))
     rest = at_rest(shapes.assembly.n_blocks)
     found = crossings(shapes, rest, _ONE_PLACE * shapes.step)
     near = as_near(shapes, found, rest, rest)
     corner, face, swapped = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
-    named = np.zeros(len(near.corner), bool)
+    named = np.zeros(len(near.corner), bool)  # crossings that are a point
     # of crossings at one place that on the faces that look at each other most comes first and names the point
     for row in np.argsort(looking(shapes, rest, near), kind="stable"):
         a, b = int(shapes.face_block[near.face[row]]), int(near.owner[row])

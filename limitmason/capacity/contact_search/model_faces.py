@@ -33,15 +33,16 @@ def shapes_of(
     contacts : of the reference pose
     plane : of a problem in plane, whose faces are then lines; None in space
     size : median block size [m]
-    firm : ranks of the blocks
+    firm : rank of every block by :func:`.firmness`, the higher the firmer, shape (n,)
     """
     outlines = _outlines(assembly, contacts, plane)
     inset = _inset(assembly, contacts, outlines, plane)
+    # columns of ``Shapes``, face by face; ``owner`` is the face of every corner
     block: list[int] = []
     place, normal, side, reach, owner, corner = ([] for _ in range(6))
     width = max((len(p) for _, p, _ in outlines), default=2)
     for b, points, n in outlines:
-        if plane is not None:
+        if plane is not None:  # a line, whose two sides are its ends
             along = points[1] - points[0]
             length = float(np.linalg.norm(along))
             if length <= 2.0 * inset:
@@ -76,7 +77,7 @@ def shapes_of(
         face_start=np.searchsorted(face_block, blocks), corner_start=np.searchsorted(face_block[corner_face], blocks),
         step=OVERSHOOT * size, near=NEAR * size, spread=spread, strangers=np.empty(0, np.int64), firm=firm, inset=inset,
     )
-    near = together(shapes, at_rest(assembly.n_blocks), -shapes.near)
+    near = together(shapes, at_rest(assembly.n_blocks), inside=-shapes.near)
     named = _named(shapes, contacts, near)
     known, code = shapes.code(named.corner, named.face), shapes.code(near.corner, near.face)
     # what lies together without being a point belongs to a joint of the model, or to none by its user's will
@@ -127,7 +128,9 @@ def _inset(
 
     Parameters
     ----------
+    contacts : points of the model in the reference pose
     outlines : block, corners [m], shape (k, 3), and outward normal of every face
+    plane : of a problem in plane; None in space, where points stand at the corners themselves
     """
     if plane is None:
         return 0.0
@@ -139,7 +142,7 @@ def _inset(
     first = np.flatnonzero(np.diff(contacts.interface, prepend=-2))
     last = np.append(first[1:], contacts.count) - 1
     for i in np.concatenate([first, last]):
-        nearest = []
+        nearest = []  # distances to the end of either block's face [m]
         for block, sign in ((contacts.block_a[i], 1.0), (contacts.block_b[i], -1.0)):
             n = sign * contacts.directions[i, 0]
             for points, normal in faces.get(int(block), []):
@@ -165,11 +168,11 @@ def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
     near : corners and faces that lie together in the reference pose
     """
     owner, normal = shapes.owner, shapes.normal
-    by_pair: dict[tuple[int, int], list[int]] = {}
+    by_pair: dict[tuple[int, int], list[int]] = {}  # rows of ``near`` by block of the face and block of the corner
     for row in range(len(near.corner)):
         key = int(shapes.face_block[near.face[row]]), int(owner[near.corner[row]])
         by_pair.setdefault(key, []).append(row)
-    corner, face, over = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
+    corner, face, turned = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
     reachable = 1e-2 * shapes.near + 1e-9  # from a point to the corner that it is [m]: chosen
     for i in range(c.count):
         a, b = int(c.block_a[i]), int(c.block_b[i])
@@ -187,9 +190,9 @@ def _named(shapes: Shapes, c: PathContacts, near: Near) -> PathContacts:
         if not best:
             continue
         flipped = False not in best
-        over[i] = flipped
+        turned[i] = flipped
         corner[i], face[i] = near.corner[best[flipped]], near.face[best[flipped]]
-    return replace(turned_over(c, over), corner=corner, face=face)
+    return replace(turned_over(c, turned), corner=corner, face=face)
 
 
 def with_faces(shapes: Shapes, c: PathContacts) -> PathContacts:
@@ -202,6 +205,7 @@ def with_faces(shapes: Shapes, c: PathContacts) -> PathContacts:
     """
     face, rest = c.face.copy(), at_rest(shapes.assembly.n_blocks)
     for i in np.flatnonzero(face < 0):
+        # all faces of block a, and the point once for each
         mine = np.arange(shapes.face_start[c.block_a[i]], shapes.face_start[c.block_a[i] + 1])
         one = np.full(len(mine), i)
         gap, inside = beside(shapes, rest, c.place_b[one], c.block_b[one], mine)

@@ -66,6 +66,7 @@ def together(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> N
     own, face = facing(shapes, pose, np.concatenate([one, two]), np.concatenate([two, one]))
     start = shapes.corners_begin
     count = np.diff(start)[own]
+    # every corner of face own[i], in a row, beside face[i]
     corner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - start[own], count)
     face = np.repeat(face, count)
     gap, sides = beside(shapes, pose, shapes.corner_place[corner], shapes.owner[corner], face)

@@ -81,7 +81,7 @@ class Before(NamedTuple):
     history : plastic state of the points
     force : theirs in that pose [N], shape (m, components)
     now : where they are in that pose [m], shape (m, 3)
-    gone : which have left their face, shape (m,)
+    gone : which of them have left their face, shape (m,)
     """
 
     shapes: Shapes
@@ -102,7 +102,10 @@ class Before(NamedTuple):
         return self.shapes.placed(self.pose, near.owner, near.place)
 
     def close(self, near: Near) -> Flags:
-        """Whether a corner is close to a point and of the same two blocks, or that crossing again, (m, corners)."""
+        """Whether a point, by row, has a corner of ``near``, by column, in its place, shape (m, corners).
+
+        That is one close to it and of the same two blocks, or the same crossing again.
+        """
         shapes, crosses = self.shapes, is_crossing(self.shapes, self.c)
         # crossings run along both sides, and so farther than corners
         reach = shapes.step * np.where(crosses, _MOVING, _HEIR)
@@ -145,17 +148,22 @@ def shares_of(old: Before, near: Near) -> Array:
 def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: Array | None) -> NewPoint | None:
     """A new point, or None where a point of the same two blocks is there already.
 
+    It has the face's normal. Law, stiffness and tangents are those of the nearest point that it inherits from, or else
+    of the nearest of its blocks. In space it takes shares of the area and the force of points that have gone, in plane
+    all of one.
+
     Parameters
     ----------
     old : the m points before, and which of them have gone
     near : corners at faces and crossings
-    others : points made before it
-    share : what it takes over of every point, in space, shape (m,); in plane it takes all of the nearest
     row : of ``near``, the corner or crossing that becomes a point
+    others : points made before it
+    share : part of every old point that it takes over [-], shape (m,), in space; None in plane
     """
     shapes, c, pose, gone = old.shapes, old.c, old.pose, old.gone
     face, b, place = int(near.face[row]), int(near.owner[row]), near.place[row]
     a, x = int(shapes.face_block[face]), shapes.assembly.centroids
+    # where it is in the pose, and how far from every old point [m]
     at = x[b] + pose.shift[b] + place - x[b] + pose.turn[b] @ (place - x[b])
     apart = np.linalg.norm(old.now - at, axis=1)
     same, close = old.pair == number_pairs(shapes, near.at(np.array([row]))), ONE * shapes.step
@@ -166,16 +174,17 @@ def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: 
         if {int(made.block_a[0]), int(made.block_b[0])} == {a, b} and np.abs(made.place_b[0] - place).max() < close:
             return None
     touching = (c.block_a == a) | (c.block_b == a) | (c.block_a == b) | (c.block_b == b)
-    heirs = gone & touching & (apart < _HEIR * shapes.step + abs(float(near.gap[row])))
-    heirs[[other.heir_of for other in others if other.heir_of >= 0]] = False
-    if (heirs & same).any():
-        heirs &= same
+    # old points that it inherits from: near ones that have gone and have no heir yet, of the same two blocks if any are
+    sources = gone & touching & (apart < _HEIR * shapes.step + abs(float(near.gap[row])))
+    sources[[other.heir_of for other in others if other.heir_of >= 0]] = False
+    if (sources & same).any():
+        sources &= same
     if share is not None:
-        heirs = share > 0.0
+        sources = share > 0.0
     # the nearest of the points it inherits from gives law and tangents; without any, of those between the same blocks
     candidates = touching
-    if heirs.any():
-        candidates = heirs
+    if sources.any():
+        candidates = sources
     elif same.any():
         candidates = same
     model = int(np.where(candidates, apart, np.inf).argmin())
@@ -190,17 +199,17 @@ def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: 
         zero = np.zeros(1)
         law, interface = law._replace(cohesion=zero, tension=zero.copy()), np.array([NEW])
         rest, damage = law, 0.0
-    elif not heirs.any():
+    elif not sources.any():
         # what meets anew was never bonded
         law, rest = (part._replace(cohesion=np.zeros(1), tension=np.zeros(1)) for part in (law, rest))
     kn, ks, area = float(one.kn[0]), float(one.ks[0]), float(one.area[0])
-    taken = np.flatnonzero(heirs)
+    taken = np.flatnonzero(sources)
     if share is None:
         taken, share = np.array([model]), np.ones(c.count)
     elif len(taken):
         area = float(share[taken] @ c.area[taken])
     opening, slip, lift, force = float(near.gap[row]), np.zeros(c.components - 1), 0.0, np.zeros(c.components)
-    if heirs.any():
+    if sources.any():
         lift = float(old.history.lift[model])
         onto, pressed = _taken_over(old, taken, share, a, b)
         if pressed > 0.0:
@@ -211,6 +220,7 @@ def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: 
             held = law.towards(rest, np.array([damage]))
             most = float(held.shear_strength(np.array([force[0] / area]))[0]) * area
             force[1:] *= min(1.0, max(most, 0.0) / max(size, 1e-300))
+            # opening and slip at which its springs make that force, where no sliding counts yet
             opening = lift - force[0] / (kn * area)
             slip = force[1:] / (ks * area)
     elif opening < 0.0:
@@ -227,7 +237,7 @@ def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: 
         rest=rest, corner=near.corner[[row]], face=near.face[[row]], by_opening=one.by_opening * same[model],
         by_slip=one.by_slip * same[model],
     )
-    return NewPoint(point, force, slip, lift, damage, heir_of=model if heirs.any() else -1)
+    return NewPoint(point, force, slip, lift, damage, heir_of=model if sources.any() else -1)
 
 
 def _taken_over(old: Before, rows: Index, share: Array, a: int, b: int) -> tuple[Array, float]:
@@ -242,6 +252,7 @@ def _taken_over(old: Before, rows: Index, share: Array, a: int, b: int) -> tuple
     """
     onto, pressed = np.zeros(3), 0.0
     for g in rows:
+        # on block b where b, or a, has the same part in the old point, else on a's side: opposite
         force = share[g] * old.force[g] @ old.directions(int(g))
         onto += force if (old.c.block_b[g] == b or old.c.block_a[g] == a) else -force
         pressed += float(share[g] * old.force[g, 0])

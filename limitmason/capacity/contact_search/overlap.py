@@ -17,17 +17,17 @@ DEEP = 0.02
 def deepest(
     assembly: Assembly, c: PathContacts, pose: Pose, force: Array, slack: float
 ) -> tuple[int, int, float] | None:
-    """Two blocks that overlap in a pose more than their springs are pressed.
+    """Numbers of the two blocks that overlap most in a pose, and by how much [m].
 
-    The third value is by how much they do [m]. The result is None if no two do.
-
-    Blocks are taken as rigid, in convex pieces. In plane only those pairs count that have no point at all. Of several
-    pairs it is the one that overlaps most.
+    An overlap counts where it is deeper than the springs of the pair's points are pressed. None where no two do. Blocks
+    are taken as rigid, in convex pieces. In plane only those pairs count that have no point at all.
 
     Parameters
     ----------
-    force : of the points [N], shape (m, c)
-    slack : depth beyond that of the pressed springs from which it counts [m]
+    c : contact points
+    pose : where the blocks are
+    force : of the points, normal first, compression positive [N], shape (m, c)
+    slack : depth beyond that of the pressed springs from which an overlap counts [m]
     """
     solids: list[Solid] = []
     owner: list[int] = []
@@ -37,15 +37,16 @@ def deepest(
             arm = part.vertices - x
             solids.append(Solid(part.vertices + pose.shift[b] + arm @ pose.turn[b].T, part.faces))
             owner.append(b)
-    of = np.array(owner, np.intp)
+    of = np.array(owner, np.intp)  # block of every piece
     p, q = near_pairs(solids, of, np.zeros(assembly.n_blocks))
-    apart = ~(assembly.fixed[of[p]] & assembly.fixed[of[q]])
-    p, q = p[apart], q[apart]
+    moves = ~(assembly.fixed[of[p]] & assembly.fixed[of[q]])  # held blocks stay as they were drawn
+    p, q = p[moves], q[moves]
+    # pairs of blocks by one number each: those with points, and those of the pieces p and q (``near``)
     n = assembly.n_blocks
     pairs, of_point = np.unique(
         np.minimum(c.block_a, c.block_b) * n + np.maximum(c.block_a, c.block_b), return_inverse=True
     )
-    pressed = np.zeros(len(pairs) + 1)  # the last one: of pairs without a point
+    pressed = np.zeros(len(pairs) + 1)  # deepest pressed spring of every pair [m]; the last of pairs without a point
     np.maximum.at(pressed, of_point, force[:, 0] / (c.kn * c.area))
     near = np.minimum(of[p], of[q]) * n + np.maximum(of[p], of[q])
     joined = np.isin(near, pairs)

@@ -51,8 +51,9 @@ def found_anew(
 ) -> Renewed | None:
     """The contacts of a pose, or None where they are still the same.
 
-    In this order: points that have left their face; corners and crossings that have come to one; in space what has left
-    and is not followed is put back at the side; what each new point inherits; all points in the order of their blocks.
+    In this order: points that have left their face (``gone``); corners and crossings that have come to one (``near``);
+    in space what has left and is not followed is put back at the side; what each new point inherits; all points in the
+    order of their blocks.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ def found_anew(
     c : points so far
     pose : where the blocks are now
     history : plastic state of the points there
-    force : of the points in that pose [N], shape (m, c)
+    force : of the points in that pose, normal first, compression positive [N], shape (m, c)
     since : pose in which contacts were last looked for
     """
     gap, inside = _gaps(shapes, c, pose)
@@ -79,13 +80,13 @@ def found_anew(
         fresh |= crosses & np.isin(near.corner, c.corner[gone & is_crossing(shapes, c)])
     old = Before(shapes, c, pose, history, force, shapes.placed(pose, c.block_b, c.place_b), gone)
     near = near.at(fresh)
-    # over a deep gap a corner may be inside before the one whose place it takes has left: it waits, to be its heir
-    # and where a bond stays: a second point beside it would bear that bond twice
+    # a new corner waits while the point whose place it takes has not left: where that is outside its face already, to
+    # become its heir; and where that bears a bond, which a second point beside it would bear again
     waits = (inside < 0.0) | (np.maximum(c.law.cohesion, c.law.tension) > 0.0)
     leaves = ~gone & waits & (c.corner != NO_CORNER) & ~is_crossing(shapes, c)
     near = near.at(~old.close(near)[leaves].any(axis=0))
     if space:
-        # where sides stay in line they do not cross, and no corner comes inside
+        # where sides stay in line they do not cross, and no corner comes inside: points that bear would have no heir
         lost = gone & (force[:, 0] > 0.0) & ~old.succeeded(near)
         slid = (c.face >= 0) & (c.interface != NEW)
         back = _put_back(shapes, c, pose, slid & (lost | (gone & (c.corner == NO_CORNER))), gap)
@@ -100,7 +101,7 @@ def found_anew(
     old = old._replace(gone=gone)
     shares = shares_of(old, near) if space else None
     made: list[NewPoint] = []
-    # in plane what has left has one heir, of the same two blocks before others
+    # in plane what has left has one heir: rows in its place, of the same two blocks, come before others
     later = ~old.close(near)[gone].any(axis=0)
     for row in np.lexsort((near.face, near.gap, looking(shapes, pose, near), later)):
         new = inherited(old, near, int(row), made, None if shares is None else shares[row])
@@ -123,10 +124,10 @@ def found_anew(
 
 
 def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: Flags, gap: Array) -> Near:
-    """The place on its face's side for every point that has left the face.
+    """The nearest place on the sides of its face for every point that has left it.
 
-    It is given as a corner near the face, with the place of its own block that is there now. Points that go beyond the
-    joint's outline are left out.
+    It is given as a corner near the face, with the place of its own block that is there now. Points that would come to
+    lie beyond the outline of their joint are left out.
 
     Parameters
     ----------
@@ -144,12 +145,12 @@ def _put_back(shapes: Shapes, c: PathContacts, pose: Pose, rows: Flags, gap: Arr
     apart = x[b] + pose.shift[b] + arm + np.einsum("mij,mj->mi", pose.turn[b], arm) - x[a] - pose.shift[a]
     # where the point of b is now, in the reference pose of a
     local = x[a] + apart + np.einsum("mji,mj->mi", pose.turn[a], apart)
-    # how far it is beyond every side, negative
+    # how far it is beyond every side, negative, 0 where it is inside
     off = np.minimum(np.einsum("mki,mi->mk", shapes.side[face], local) - shapes.reach[face], 0.0)
     # sides are padded by repetition: each counts once
-    turns = np.diff(shapes.side[face], axis=1).any(axis=2)
-    new = np.concatenate([np.ones((len(i), 1), bool), turns], axis=1)
-    inward = -np.einsum("mk,mki->mi", off * new, shapes.side[face])
+    differs = np.diff(shapes.side[face], axis=1).any(axis=2)
+    once = np.concatenate([np.ones((len(i), 1), bool), differs], axis=1)
+    inward = -np.einsum("mk,mki->mi", off * once, shapes.side[face])  # way back to the face, axes of block a [m]
     inward = inward + np.einsum("mij,mj->mi", pose.turn[a], inward)
     place = c.place_b[i] + inward + np.einsum("mji,mj->mi", pose.turn[b], inward)
     joint = [assembly.interfaces[k].polygon for k in c.interface[i]]
@@ -165,10 +166,11 @@ def _within(polygon: Array, point: Array, slack: float) -> bool:
 
     Parameters
     ----------
-    polygon : corners, either way round, shape (k, 3)
+    polygon : corners, either way round [m], shape (k, 3)
     point : place [m], shape (3,)
     """
     edge, arm = np.roll(polygon, -1, axis=0) - polygon, point - polygon
+    # twice the areas of the triangles on every edge with the point, along the normal where that is inside of the edge
     turns = np.cross(edge, arm)
     total = turns.sum(axis=0)
     inside = (turns @ total) / (np.linalg.norm(total) * np.linalg.norm(edge, axis=1))
@@ -176,7 +178,9 @@ def _within(polygon: Array, point: Array, slack: float) -> bool:
 
 
 def landed(shapes: Shapes, c: PathContacts, before: Pose, now: Pose, travel: float) -> tuple[Array, Array]:
-    """Gaps before and now of what has no point, was open and lies in a face by more than an overshoot [m].
+    """Gaps before and now of corners and crossings that landed in a face unseen [m].
+
+    They have no point, were open, and now lie behind the face by more than an overshoot.
 
     Parameters
     ----------
