@@ -70,13 +70,13 @@ def test_a_path_that_drops_the_lift_of_open_points_is_refused(monkeypatch):
 
 
 def test_a_block_that_lifts_itself_is_refused(monkeypatch):
-    real = path.stepping.step
+    real = path.step_equilibrium.step
 
     def lifted(system, node, *arguments, **options):
         raised = node._replace(history=node.history._replace(lift=node.history.lift + 1e-6))
         return real(system, raised, *arguments, **options)
 
-    monkeypatch.setattr(path.stepping, "step", lifted)
+    monkeypatch.setattr(path.step_equilibrium, "step", lifted)
     w = lm.build.column(width=0.4, depth=0.4, height=0.2, courses=1, joint=lm.Joint(25.0))
     curve = lm.pushover(w, lm.Loads.horizontal(w), to=0.01, stiffness=1e8)
     assert not all(c.accepted for c in curve.certificates)
