@@ -385,9 +385,10 @@ def _no_solution(program: ConeProgram, it: Iterate) -> Status | None:
 
 
 def _cleaned(program: ConeProgram, newton: NewtonSystem, it: Iterate) -> Iterate:
-    """Iterate with what is left of residuals removed, a side only within its cones.
+    """Iterate with what is left of residuals removed by full Newton steps.
 
-    ``newton`` is scaled and factorised at ``it``.
+    Forces, or velocities, are moved only where the full step stays within their cones. ``newton`` is scaled and
+    factorised at ``it``.
     """
     none = np.zeros_like(it.x), np.zeros_like(it.slack)
     for _ in range(CLEANINGS):

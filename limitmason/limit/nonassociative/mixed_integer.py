@@ -136,6 +136,12 @@ class BoundedProgram:
     low, high : scaled multipliers between which states are looked for
     velocity : largest size of every scaled velocity at mean live velocity one, shape (r,)
     force : normal force, in total loads, that is assumed where equilibrium gives no bound
+
+    Attributes
+    ----------
+    group, first : group of every point, (m,), and first point of every group, (g,), as of :func:`sliding_groups`
+    spread : 1 where a point belongs to a group, shape (m, g)
+    limits : largest forces, slacks and rates
     """
 
     def __init__(self, programs: PlanePrograms, low: float, high: float, velocity: Array, force: float) -> None:
@@ -230,7 +236,11 @@ class BoundedProgram:
         rows, row_low, row_high = [], [], []
 
         def add(low: Sequence[float] | Array, high: Sequence[float] | Array, **parts: Any) -> None:
-            """Append rows low <= sum of parts @ columns <= high; parts go by their columns."""
+            """Append rows low <= sum of coefficients times columns <= high.
+
+            ``parts`` holds the coefficients (rows, columns) by the name of their columns; others are zero.
+            """
+            # columns whose names in ``sizes`` are no names of Python, or a word of it
             names = {"z_plus": "z+", "z_minus": "z-", "plus": "slide+", "minus": "slide-", "lam": "lambda"}
             given = {names.get(k, k): v for k, v in parts.items()}
             count = len(low)

@@ -247,9 +247,9 @@ def make_problem(
 def _checked_plane(
     assembly: Assembly, loads: Loads, cases: Array, in_plane: bool | None, *, live_required: bool
 ) -> Plane | None:
-    """The plane that a problem reduces to, None in space; no problem is refused.
+    """The plane that a problem reduces to, or None in space.
 
-    Arguments are those of :func:`make_problem`.
+    Input without a problem to solve raises an InputError. Arguments are those of :func:`make_problem`.
     """
     if len(loads.dead) != assembly.n_blocks:
         raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")

@@ -35,11 +35,10 @@ def unit_loads(problem: Problem) -> Array:
 
 
 def own_loads(problem: Problem) -> Array:
-    """Dead load of blocks over ``force_scale`` [-], (n_blocks,), or their live load.
+    """Load of every block over ``force_scale`` [-], shape (n_blocks,), to scale it by.
 
-    It is the live one where no block has dead load.
-
-    Held blocks have zero. A block without load takes the largest of its neighbours', from block to block.
+    It is the dead load, or the live one where no block has dead load. Held blocks have zero. A free block without load
+    takes the largest of its neighbours', passed on from block to block.
     """
     block = row_blocks(problem)
     load = block_norms(problem, problem.dead if problem.dead.any() else problem.live)

@@ -251,8 +251,8 @@ def _largest(
 ) -> Extreme:
     """Largest admissible scaled multiplier: state, bound above, whether they agree.
 
-    Where the forces that go with the mechanism found carry the associative multiplier, that is it. Else the
-    mixed-integer program looks for more.
+    If forces that comply with the mechanism found reach the associative multiplier, no larger one exists. Else the
+    mixed-integer program looks for one.
 
     Parameters
     ----------
@@ -264,6 +264,7 @@ def _largest(
     time_limit : of the mixed-integer program [s]
     tolerance : difference of two multipliers that counts as none, relative to max(1, lambda) [-]
     """
+    # theta = -1 asks for the largest multiplier; slacks of pairs whose rate is used are zero: these forces comply
     answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
     best = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity)
     if close(best.multiplier, top, tolerance):
