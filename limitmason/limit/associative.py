@@ -171,7 +171,7 @@ def _attempted(
     cones = make_cones(scaled)
     solution = solve_program(
         scaled, cones, solver=solver, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose,
-        judged=True,
+        judged=True,  # the certificate below decides what an answer that is almost solved is worth
     )
     spent = solution.seconds
     # "unbounded" needs a ray of forces that carry the live load alone

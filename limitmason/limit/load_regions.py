@@ -159,7 +159,7 @@ def _endless(assembly: Assembly, least: float) -> Assembly:
     crushing = least / float(assembly.arrays.area.max())
 
     def law(joint: Joint) -> Joint:
-        """Friction alone; a joint that crushes keeps only a very small strength."""
+        """Friction alone, or next to no strength for a joint that crushes."""
         if math.isinf(joint.compressive_strength):
             return Joint(joint.friction_angle_deg)
         return Joint(0.0, compressive_strength=crushing)
@@ -247,7 +247,11 @@ class _Support:
         # without dead load there is no load to measure the unbalance by at multipliers of zero: taken as they are
         if not self.dead.dead.any():
             return forces
-        state = Prediction("", 1.0, Bound(BoundKind.NONE), Status.SOLVED, None, forces, **p.contact_facts)
+        # ``loads`` hold the multipliers already, so that theirs is one
+        state = Prediction(
+            method="", collapse_multiplier=1.0, bound=Bound(BoundKind.NONE), status=Status.SOLVED, resultants=forces,
+            **p.contact_facts,
+        )
         found = certify(self.assembly, loads, state)
         return forces if max(found.block_residual, found.joint_excess) <= OWN_RESIDUAL else None
 
@@ -372,8 +376,6 @@ def _outwards(inner: Array, planes: list[HalfPlane], extent: Array, tolerance: f
     far = corners_of_half_spaces(normal, offset, inner / extent)
     foot = np.array([nearest_in_hull(inner / extent, w) for w in far])  # of every outer corner on the inner set
     away = np.linalg.norm(far - foot, axis=1) if len(far) else np.zeros(0)
-    out = [
-        (w - f) / extent / np.linalg.norm((w - f) / extent)
-        for w, f, a in zip(far, foot, away, strict=True) if a > tolerance * size
-    ]
-    return out, float(away.max(initial=0.0)) / size
+    # (w - f) is the normal of the inner set in multipliers over the extent: in multipliers it is over the extent again
+    normals = [(w - f) / extent for w, f, a in zip(far, foot, away, strict=True) if a > tolerance * size]
+    return [n / np.linalg.norm(n) for n in normals], float(away.max(initial=0.0)) / size

@@ -97,7 +97,7 @@ def _pressed_evenly(problem: Problem) -> Array:
 
 
 def last_standing(margin: Callable[[float], Margin], safe: float, far: float, accuracy: float) -> Range:
-    """Last value at which a structure stands: the zero of its margin, between proven ends.
+    """Last value at which a structure stands: zero of its margin, with proven ends.
 
     The margin falls from positive where the structure stands to negative where it does not, see
     :func:`standing_margin`. Its zero is found by the secant; the value at an end that stays is halved (Illinois).
@@ -138,6 +138,7 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
         stands = low >= 0.0
         if stands == last:  # the other end has stayed twice: Illinois
             values[not stands] *= 0.5
+        # a margin of zero would hold the secant at this end
         ends[stands], values[stands], last = at, max(low, 0.01 * LEAST_MARGIN) if stands else high, stands
     return Range(ends[True], ends[False])
 
@@ -159,6 +160,7 @@ def _close_in(margin: Callable[[float], Margin], at: float, ends: dict[bool, flo
             if not abs(trial - at) < abs(far - at):
                 break
             low, high = margin(trial)
-            if low >= 0.0 if stands else high < 0.0:
+            proven = low >= 0.0 if stands else high < 0.0
+            if proven:
                 ends[stands] = trial
                 break

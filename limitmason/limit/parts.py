@@ -147,9 +147,9 @@ def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | Non
         reason = f"the part with block {name!r} cannot carry {load}; the mechanism is that of its fall"
         details = dict(falling.details)
     return Prediction(
-        first.method, float("nan"), Bound(BoundKind.NONE),
-        Status.NOT_CONVERGED if falling is None else Status.CANNOT_STAND,
-        None if falling is None else falling.mechanism, provenance=first.provenance, warnings=(reason,),
+        method=first.method, collapse_multiplier=float("nan"), bound=Bound(BoundKind.NONE),
+        status=Status.NOT_CONVERGED if falling is None else Status.CANNOT_STAND,
+        mechanism=None if falling is None else falling.mechanism, provenance=first.provenance, warnings=(reason,),
         details={**details, "parts": rows, "governing_part": part}, flow_rule=first.flow_rule,
         contact_model=first.contact_model, plane=first.plane, stress_block=first.stress_block,
     )
@@ -179,16 +179,16 @@ def _carrying(
     # between zero, where it stands, and its own multiplier forces may be mixed; else they are asked for directly
     mixed = check and known is not None and 0.0 <= multiplier < top
     at = 0.0 if mixed else multiplier
-    at_zero = Loads(loads.dead + at * loads.live, np.zeros_like(loads.live))
-    base, falling = carry(make_problem(part, at_zero, live_required=False, **model))
+    all_dead = Loads(loads.dead + at * loads.live, np.zeros_like(loads.live))
+    base, falling = carry(make_problem(part, all_dead, live_required=False, **model))
     if base is None or known is None or not mixed:
         return base, falling
-    share = multiplier / top
+    share = multiplier / top  # of the forces at ``top``: with the rest of those at zero they balance the multiplier
     return _weighted_sum(part, [(1.0 - share, base), (share, known)]), None
 
 
 def _weighted_sum(assembly: Assembly, shares: list[tuple[float, Resultants]]) -> Resultants:
-    """Sum of joint forces times their shares [-]; ``shares`` holds (share, forces).
+    """Sum of joint forces times their shares [-], from pairs (share, forces).
 
     Forces at different points keep a share of the area as well: cohesion and strengths count per area.
     """

@@ -180,7 +180,7 @@ def _with_reaction(prediction: Prediction, total: float) -> Prediction:
     reaction = Reaction()
     if np.isfinite(prediction.collapse_multiplier):
         least, c, ends = -prediction.collapse_multiplier * total, prediction.certificate, (math.nan, math.nan)
-        if c is not None:
+        if c is not None:  # the least reaction as the mechanism proves it, and as the forces do
             ends = float(-total * c.kinematic_multiplier), float(-total * c.static_multiplier)
         reaction = Reaction(least, *ends, stands_without=bool(least <= ZERO_REACTION * total))
     return replace(

@@ -248,7 +248,7 @@ def _fewest(
     """
 
     def search(taken: list[str], rest: list[str], room: int) -> list[str] | None:
-        """A set that is enough, of ``taken`` and at most ``room`` of the ``rest``, or None.
+        """A set that is enough, ``taken`` and at most ``room`` of the ``rest``, or None.
 
         It is looked for with the first of the rest, then without it.
         """

@@ -131,12 +131,12 @@ class BlockCholesky:
         self._place[outside] = found - fronts.edge_start[f] + fronts.owned[f]
 
     def factorise(self, root: Array, *, shift: float = 0.0) -> None:
-        """Factorise M for the given C_p.
+        """Factorise M = sum_p (A_p C_p)(A_p C_p)^T, front by front into ``_store``.
 
         Parameters
         ----------
         root : C_p of every point, shape (m, c, c)
-        shift : added to the diagonal, in its own unit
+        shift : added to the diagonal of M, in the unit of its entries
 
         Raises
         ------
@@ -155,6 +155,7 @@ class BlockCholesky:
             return f11, f21, f22
 
         def pivoted(_: int, front: Front) -> Front:
+            """The front with its own unknowns eliminated."""
             return below_cholesky(self._dense_cholesky(front[0], shift), front)
 
         self.fronts.eliminate(self._store, assembled, pivoted)

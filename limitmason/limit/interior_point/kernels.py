@@ -254,9 +254,9 @@ def inverse_step(x: Array, d: Array) -> float:
         dot = x[p, 0] * d[p, 0]
         for j in range(1, c):
             dot -= x[p, j] * d[p, j]
-        dot /= root
+        dot /= root  # rho_0 times root
         along = (dot + d[p, 0]) / (x[p, 0] / root + 1.0)
-        rest = 0.0
+        rest = 0.0  # |rho|^2 times root^2
         for j in range(1, c):
             rest += (d[p, j] - along * x[p, j] / root) ** 2
         worst = max(worst, (np.sqrt(rest) - dot) / root)

@@ -69,12 +69,12 @@ class ConeProgram(NamedTuple):
 class Iterate(NamedTuple):
     """Primal x, multiplier, slack and dual y, s, z, or a direction in that space."""
 
-    x: Array  # (m, c)
-    multiplier: float
-    slack: Array  # (k,)
-    y: Array  # (r,)
-    s: Array  # (m, c)
-    z: Array  # (k,)
+    x: Array  # force of every point, (tan(phi) N + c A, T), within its cone |T| <= x_0, (m, c)
+    multiplier: float  # lambda [-]
+    slack: Array  # by how much a bounded x_p0 keeps its bound, (k,)
+    y: Array  # velocity of every equilibrium row, with live . y = -1, (r,)
+    s: Array  # rates of every point, within the dual cone; x . s is zero at the solution, (m, c)
+    z: Array  # rate at which every bound yields; slack z is zero at the solution, (k,)
 
     def moved(self, by: "Iterate", primal: float, dual: float) -> "Iterate":
         """This iterate after a step ``by`` of two lengths, ``primal`` and ``dual`` [-]."""

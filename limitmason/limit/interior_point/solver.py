@@ -298,6 +298,8 @@ def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool
 
     Parameters
     ----------
+    program : whose live load is left out
+    factor : symbolic factorisation of its matrix
     first : iterate of :func:`_first_iterate`
     """
     program = program._replace(live=np.zeros_like(program.live))
@@ -363,10 +365,11 @@ def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate
 
 
 def _no_solution(program: ConeProgram, it: Iterate) -> Status | None:
-    """Proof that no multiplier is the largest, or there is none: a ray (Farkas).
+    """Status that a ray of the iterate proves: unbounded, cannot stand, or None.
 
-    A ray counts as a proof where its residual is below ``RAY`` times its size. The iterate itself is the candidate:
-    where there is a ray, iterates grow along it until the loads are nothing beside them.
+    The first is a ray of forces, the second one of velocities (Farkas). A ray counts as a proof where its residual is
+    below ``RAY`` times its size. The iterate itself is the candidate: where there is a ray, iterates grow along it
+    until the loads are nothing beside them.
     """
     # forces that carry live load alone, within bounds whose levels are nothing beside them
     if it.multiplier > 0:

@@ -265,9 +265,9 @@ def radenkovic_lower(law: JointLaw, deadline: float = np.inf) -> float:
 
 
 def _scaled_upper(problem: Problem, upper: Prediction) -> float:
-    """Scaled multiplier that no state passes [-], from the associative answer ``upper``.
+    """Scaled multiplier that no state passes [-], from the associative answer.
 
-    It is proven by the answer's mechanism, and infinite where there is no certificate or no bound.
+    It is proven by the mechanism of ``upper``, and infinite where there is no certificate or no bound.
     """
     c = upper.certificate
     value = c.kinematic_multiplier if c is not None else np.inf

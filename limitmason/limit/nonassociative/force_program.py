@@ -61,7 +61,7 @@ class ForceProgram:
         none = np.zeros(m, dtype=bool)
         opening, sliding, closing = (none if x is None else x for x in (opening, sliding, closing))
         normal = c * np.arange(m)  # columns of N'; those of T follow each, the last of all is lambda
-        one = sparse.eye_array(n + 1, format="csr")  # a row per unknown
+        one = sparse.eye_array(n + 1, format="csr")  # row k picks unknown k
         # equations: equilibrium, then points that are held
         equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), one[normal[opening]],
                  one[normal[closing]]]

@@ -101,9 +101,10 @@ def make_model(
 
 
 def _maxima(model: highspy.Highs, rows: Array, *, smallest: bool = False) -> Array:
-    """Largest, or smallest, value of each of ``rows`` (k, n) over a polyhedron, (k,).
+    """Largest, or ``smallest``, values of linear forms within a model's limits, (k,).
 
-    A value is infinite where there is none. ``smallest`` asks for the smallest.
+    ``rows`` are their coefficients, shape (k, n). A value is infinite where nothing bounds it. The objective of the
+    ``model`` is changed.
     """
     count = rows.shape[1]
     index = np.arange(count, dtype=np.int32)
@@ -327,7 +328,7 @@ class BoundedProgram:
         -------
         Proof, with an exact state or none.
         """
-        model, at = self._model(largest)
+        model, at = self._model(largest)  # at: places of the unknowns among the columns, by name
         for option, value in (
             ("time_limit", float(time_limit)), ("mip_rel_gap", gap), ("mip_abs_gap", gap),
             ("mip_feasibility_tolerance", WHOLE), ("primal_feasibility_tolerance", FEASIBLE),

@@ -195,7 +195,7 @@ def _in_order_of_geometry(
         # of two orders the first has half of the time; without a limit both have no end
         now = time.perf_counter()
         until = deadline if mirrored or not effort.mirrored else now + 0.5 * max(deadline - now, 0.0)
-        share = 0.5 if effort.mirrored else 1.0
+        share = 0.5 if effort.mirrored else 1.0  # of the progress that is shown
         reached(share * mirrored, "mirrored" if mirrored else "", share=share)
         with task("search"):
             found = search_smallest(ordered.law, start, effort=effort, deadline=until, known=known, **options)

@@ -306,6 +306,7 @@ def descend(
     -------
     An exact state whose multiplier is not above that of ``state``.
     """
+    # forces of least lambda that comply with the velocities: a slack is zero where its rate is not
     answer = programs.forces(theta=1.0, zero=programs.rates(state.velocity) > ACTIVE)
     # the state's own forces comply with its velocities: a higher multiplier is a program gone wrong
     if answer is None or answer.multiplier > state.multiplier + LOWER:
@@ -336,6 +337,7 @@ def descend(
 
 def interval_in_plane(programs: PlanePrograms, state: ForceState) -> tuple[float, float]:
     """Smallest and largest scaled multiplier whose forces comply with a mechanism."""
+    # slacks that vanish, since their rates do not
     zero = programs.rates(state.velocity) > ACTIVE
     low, high = programs.forces(theta=1.0, zero=zero), programs.forces(theta=-1.0, zero=zero)
     own = state.multiplier

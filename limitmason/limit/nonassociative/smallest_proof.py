@@ -144,6 +144,7 @@ def prove_smallest(
         if floor < lifted.value <= value + tolerance:
             floor, method = lifted.value, LIFTED
     within: _Within | None = None
+    # share: largest velocity of the best state over its bound; none: whether there is no state within the bounds
     share, nodes, none = _share(law, best, velocity_bound * limits), 0, False
     while not close(value, floor, tolerance) and left() > 0:
         while share > REACHED and widenings > 0:

@@ -159,7 +159,11 @@ class Problem(NamedTuple):
         """
         none = self.resultants(np.zeros((self.points.count, 3)))
         motion = Mechanism(twists, np.zeros(0), np.zeros((0, 2)))
-        trial = Prediction("", np.nan, Bound(BoundKind.NONE), Status.SOLVED, motion, none, **self.contact_facts)
+        # only its motion and the places of its contact points are read
+        trial = Prediction(
+            method="", collapse_multiplier=np.nan, bound=Bound(BoundKind.NONE), status=Status.SOLVED, mechanism=motion,
+            resultants=none, **self.contact_facts,
+        )
         return kinematic_multiplier(self.assembly, loads, trial, candidates=candidates)
 
 

@@ -77,13 +77,13 @@ def balanced(problem: Problem) -> Problem:
     load = own_loads(problem)
     points = problem.points
     # forces of a point are in units of the load of the lighter of its two blocks
-    side = np.where(load > 0, load, np.inf)
-    lighter = np.minimum(side[points.block_a], side[points.block_b])
+    free_load = np.where(load > 0, load, np.inf)  # a held block is never the lighter one
+    lighter = np.minimum(free_load[points.block_a], free_load[points.block_b])
     row = load[row_blocks(problem)]
     columns = np.repeat(lighter, problem.components)
     matrix = sparse.diags_array(1.0 / row) @ problem.matrix.tocsr() @ sparse.diags_array(columns)
     # largest live load of a block over its own load; one without any live load, where there is nothing to scale
-    most = float((block_norms(problem, problem.live) / np.where(load > 0, load, np.inf)).max(initial=0.0)) or 1.0
+    most = float((block_norms(problem, problem.live) / free_load).max(initial=0.0)) or 1.0
     return problem._replace(
         matrix=sparse.csc_array(matrix), dead=problem.dead / row, live=problem.live / row / most,
         free=problem.free / row / most,

@@ -159,10 +159,10 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     tolerance : of the solver [-]
     """
     start = time.perf_counter()
-    own = unit_loads(problem)
+    own = unit_loads(problem)  # load of every block, by which its unbalance is judged
     force = _pressure_alone(problem, own, tolerance)
     if force is not None:
-        return Carried(True, force, None, time.perf_counter() - start)
+        return Carried(stands=True, force=force, velocity=None, seconds=time.perf_counter() - start)
     r, n = problem.matrix.shape
     # no objective: any admissible forces in equilibrium will do
     answer = clarabel.DefaultSolver(
@@ -174,11 +174,11 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     if status in ("Solved", "AlmostSolved"):
         force = _without_rounding(problem, np.array(answer.x), own)
         holds = _balances(problem, force, problem.dead, own)
-        return Carried(True, force, None, seconds) if holds else Carried(None, None, None, seconds)
+        return Carried(True if holds else None, force if holds else None, velocity=None, seconds=seconds)
     if "PrimalInfeasible" not in status:
-        return Carried(None, None, None, seconds)
-    velocity = np.array(answer.z[:r])
-    return Carried(False, None, velocity, seconds)
+        return Carried(stands=None, force=None, velocity=None, seconds=seconds)
+    # the solver's proof that the rows cannot be met: duals of the equilibrium rows, the motion of the fall
+    return Carried(stands=False, force=None, velocity=np.array(answer.z[:r]), seconds=seconds)
 
 
 def _pressure_alone(problem: Problem, own: Array, tolerance: float) -> Array | None:
