@@ -63,10 +63,12 @@ class EqualBricks:
         """
         self._release(last)
         new = step()
+        # a state found with some bricks made stronger counts only if it balances with their true strength
         if new is not None and (self.chosen >= 0).any():
             new = self._checked(new) or self._without_choice(step)
         if new is None or not (rows := self._rows(last, new)):
             return new
+        # these bricks would crack together: all but one of each row are made stronger, and the step is done again
         before = self.chosen.copy()
         for row, winner in rows:
             self.chosen[row[row != winner]] = winner

@@ -111,6 +111,7 @@ def push(
     origin = nodes[0].control  # control displacement under the dead load
     step = first or to / 100.0
     longest = largest or to / 30.0
+    # shortest step, and energy that a step may miss over its work
     least, budget = min(step, longest) / _CUTS, max(energy_error, 3.0 * tolerance)
     status, equal = REACHED, EqualBricks(solver)
     while (left := origin + to - nodes[-1].control) > _ARRIVED * to:

@@ -97,8 +97,8 @@ def prediction_from(
     method = "limit analysis, associative" + (", torsion limit" if torsion else "")
     if solution.status in (Status.CANNOT_STAND, Status.UNBOUNDED, Status.NOT_CONVERGED):
         none = Prediction(
-            method, np.inf if solution.status == Status.UNBOUNDED else np.nan, Bound(BoundKind.NONE), solution.status,
-            provenance=provenance, details=details, **facts,
+            method=method, collapse_multiplier=np.inf if solution.status == Status.UNBOUNDED else np.nan,
+            bound=Bound(BoundKind.NONE), status=solution.status, provenance=provenance, details=details, **facts,
         )
         return _with_its_reason(problem, none, stands, falling), 0.0
     value = solution.multiplier * problem.live_scale

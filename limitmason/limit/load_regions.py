@@ -223,9 +223,9 @@ class _Support:
             status = str(solution.status)
             y = scale * np.array([solution.multiplier, *solution.free])
             if status == Status.UNBOUNDED:
-                return _Farthest(status, y, None, None)
+                return _Farthest(status, y, forces=None, half_plane=None)
             if status == Status.CANNOT_STAND:
-                return _Farthest(status, y, None, self.half_plane(p, solution.velocity))
+                return _Farthest(status, y, forces=None, half_plane=self.half_plane(p, solution.velocity))
             if status in (Status.SOLVED, Status.ALMOST_SOLVED):
                 forces = self.certified(p, y, solution.force)
                 plane = self.half_plane(p, solution.velocity)

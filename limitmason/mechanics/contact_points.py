@@ -286,7 +286,9 @@ def extents(x: AssemblyArrays, *directions: Array) -> Array:
 
 
 def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> Index:
-    """Points along and across every interface, as many as even ones within a spacing are, at least 2, shape (k, 2).
+    """Numbers of points along and across every interface at a largest spacing.
+
+    They have shape (k, 2) and are 2 at least.
 
     Parameters
     ----------

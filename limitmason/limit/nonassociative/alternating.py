@@ -92,8 +92,8 @@ def alternate(
         if theta > 0 or off < least:
             best, least = found, off
         stalled = k > FIRST_ROUNDS and abs(history[-1] - history[-1 - LAST_ROUNDS]) < SETTLED * history[-1]
-        pushed = theta > 0 and merit > last - STALLED * max(1.0, abs(last))
-        if stalled or pushed or (theta == 0 and off < tolerance) or time.perf_counter() > deadline:
+        spent = theta > 0 and merit > last - STALLED * max(1.0, abs(last))  # the push lowers nothing more
+        if stalled or spent or (theta == 0 and off < tolerance) or time.perf_counter() > deadline:
             break
     return best
 

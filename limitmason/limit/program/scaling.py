@@ -45,20 +45,20 @@ def own_loads(problem: Problem) -> Array:
     free = np.zeros(len(load), dtype=bool)
     free[block] = True
     a, b = problem.points.block_a, problem.points.block_b
-    empty = free & (load <= NO_LOAD * load.max(initial=0.0))
-    load[empty] = 0.0
-    while empty.any():
+    unloaded = free & (load <= NO_LOAD * load.max(initial=0.0))
+    load[unloaded] = 0.0
+    while unloaded.any():
         # one block farther in every round
         passed = load.copy()
-        np.maximum.at(passed, a, np.where(empty[a], load[b], 0.0))
-        np.maximum.at(passed, b, np.where(empty[b], load[a], 0.0))
-        reached = empty & (passed > 0)
+        np.maximum.at(passed, a, np.where(unloaded[a], load[b], 0.0))
+        np.maximum.at(passed, b, np.where(unloaded[b], load[a], 0.0))
+        reached = unloaded & (passed > 0)
         if not reached.any():
             # no chain of joints leads from a loaded block to these: any load serves, as nothing acts on them
-            load[empty] = load.max(initial=1.0)
+            load[unloaded] = load.max(initial=1.0)
             break
         load[reached] = passed[reached]
-        empty &= ~reached
+        unloaded &= ~reached
     return np.where(free, load, 0.0)
 
 
