@@ -286,9 +286,7 @@ def extents(x: AssemblyArrays, *directions: Array) -> Array:
 
 
 def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> Index:
-    """Numbers of points along and across every interface at a largest spacing.
-
-    They have shape (k, 2) and are 2 at least.
+    """Points both ways on every interface for a spacing, 2 at least, shape (k, 2).
 
     Parameters
     ----------

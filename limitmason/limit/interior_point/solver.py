@@ -298,8 +298,7 @@ def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool
 
     Parameters
     ----------
-    program : whose live load is left out
-    factor : symbolic factorisation of its matrix
+    program, factor : whose live load is left out, and the symbolic factorisation of its matrix
     first : iterate of :func:`_first_iterate`
     """
     program = program._replace(live=np.zeros_like(program.live))
