@@ -42,9 +42,7 @@ def catalogue(
     include: Iterable[str] | None = None,
     contact_factor: float = 1.0,
 ) -> tuple[dict[str, Prediction], tuple[str, ...]]:
-    """Return the prediction of every mechanism that fits, by name.
-
-    It says too what was left out and why.
+    """Return the prediction of every mechanism that fits, and why others are left out.
 
     Facades pushed away from their side walls, in L and U plans: A, simple rocking; B, compound rocking (straight crack
     and whole courses); D, horizontal flexure. Straight walls in plane: stepped and sloping crack. Everything with flat
@@ -55,6 +53,10 @@ def catalogue(
     assembly, loads : the problem
     include : names out of ``mechanisms.NAMES``; all where omitted
     contact_factor : k of horizontal flexure (D) [-]
+
+    Returns
+    -------
+    predictions by name of the mechanism, and sentences that say what was left out and why
 
     Raises
     ------
@@ -101,7 +103,7 @@ def smallest(
 ) -> Prediction:
     """Return the smallest bound of the catalogue.
 
-    ``limitmason.predict(..., method="mechanisms")``.
+    This is what ``limitmason.predict(..., method="mechanisms")`` gives.
 
     Where no mechanism is admissible on the blocks, the smallest estimate stands in its place and says so.
 
@@ -191,6 +193,8 @@ def _fitting(
     assembly: Assembly, loads: Loads, contact_factor: float
 ) -> tuple[dict[str, Callable[[], Prediction]], list[str]]:
     """Mechanisms that fit a wall and its loads, by name, and why others are left out.
+
+    Each is a function without arguments that makes its prediction when it is called.
 
     Parameters
     ----------

@@ -280,7 +280,7 @@ def flat_levels(assembly: Assembly) -> list[Level]:
         # held blocks may go up beside the wall; nothing held may ride on it
         if (cut & ~assembly.fixed).any() or (moving & assembly.fixed).any() or not moving.any():
             continue
-        # what parts must be this level: a contact elsewhere or upright would tear or rub in the motion
+        # all joints between the two parts must lie on this level: one elsewhere, or upright, would tear or rub
         between = moving[x.block_a] != moving[x.block_b]
         if not between.any() or (np.abs(level_of[between] - height) > slack).any() or np.isnan(level_of[between]).any():
             continue

@@ -43,7 +43,7 @@ def simple_rocking(
     hinge_courses: int | None = None,
     reduction: float = 1.0,
 ) -> Prediction:
-    """Return mechanism A.
+    """Return mechanism A: a facade rocks alone, cut off from its side walls.
 
     The facade rocks outwards and slides along vertical cracks at its side walls.
 
@@ -105,9 +105,7 @@ def compound_rocking(
     crack: str = "straight",
     below_crack: str = "connected",
 ) -> Prediction:
-    """Return mechanism B.
-
-    The facade rocks outwards and takes wedges of the side walls along.
+    """Return mechanism B: a facade rocks outwards with wedges of its side walls.
 
         lambda_B = [W t/2 + Q X_Q + n_s (W_D X_D + Q_s X_s + omega (F_g Z_g + F_q Z_q))]
                    / [W H_k/2 + Q H_k + n_s (W_D Z_D + Q_s Z_s)]
@@ -233,12 +231,12 @@ def rocking_terms(
     # moments of wedge and its overload about the hinge: to stabilise, and per lambda to overturn
     side_n = np.array([0.0, (wedge + load_s) * x0, wedge * crack / 3.0 + 0.5 * load_s * crack])
     side_d = np.array([0.0, wedge * (base + 2.0 * crack / 3.0) + load_s * top, 0.0])
-    # omega, as a polynomial in s too
+    # omega, the share of friction that counts, as a polynomial in s too
     share = np.array([1.0, -1.0 / f.steepest_crack, 0.0]) if reduction is None else np.array([reduction, 0.0, 0.0])
     side_n += share * sums.moment
     if below_crack == "connected" and crossed < hinge:
         joints = np.arange(crossed + 1.0, hinge + 1.0)
-        side_n[0] += float(joint_friction(f, joints) @ ((hinge - joints) * h))
+        side_n[0] += float(joint_friction(f, joints) @ ((hinge - joints) * h))  # forces times heights above the hinge
     return PowerRatio(resisting + f.side_walls * side_n, driving + f.side_walls * side_d, sums)
 
 

@@ -132,9 +132,9 @@ def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:
 
 
 def torsion_radius(a: float, b: float) -> float:
-    """Return d_0 = T_o / S_o of a rectangle under uniform pressure.
+    """Return the torque over the shear at yield of a rectangle, d_0 = T_o / S_o [m].
 
-    It is the polar mean radius of the rectangle about its centre.
+    Under uniform pressure it is the polar mean radius of the rectangle about its centre.
 
         r_m = [2 a b d + a^3 asinh(b/a) + b^3 asinh(a/b)] / (12 a b),    d = sqrt(a^2 + b^2)
 
@@ -178,9 +178,10 @@ def edge_radii(overlap: float, thickness: float) -> tuple[float, float]:
 def torsion_shear_curve(a: float, b: float, poles: ArrayLike, *, points: int = 200) -> tuple[Array, Array]:
     """Return shear and torque at yield of a rectangle that turns about poles off its centre.
 
-    It is under uniform pressure. Shear is over that without torque, S/S_o, and torque over that without shear, T/T_o.
-    With r from the pole at distance e along b, S = mean of the sliding direction's component along a, and T its moment
-    about the *centre* over r_m; e = 0 is pure torsion, e -> infinity pure shear.
+    The pressure is uniform. Shear is given over that without torque, S/S_o, and torque over that without shear, T/T_o.
+    Every point slides across its arm from a pole, which lies on the axis along b at a distance e from the centre. S is
+    the mean component along a of the unit sliding directions, T their mean moment about the *centre* over r_m of
+    :func:`torsion_radius`. e = 0 is pure torsion, e -> infinity pure shear.
 
     Parameters
     ----------

@@ -34,9 +34,9 @@ def horizontal_flexure(
     reduction: float | None = None,
     interaction: bool = False,
 ) -> Prediction:
-    """Return mechanism D.
+    """Return mechanism D: horizontal flexure of a facade held by its side walls.
 
-    The middle of the facade rocks, and two triangles turn about inclined lines beside it.
+    The middle of the facade (B) rocks, and two triangles (A) turn about inclined lines beside it.
 
         lambda_D = [(2 W_A + W_B) t/2 + (2 Q_A + Q_B) X_Q + 2 (1 + omega) k d_0 (F_g + F_q) / tan(a)]
                    / [2 W_A H_k/3 + W_B H_k/2 + (Q_A + Q_B) H_k]

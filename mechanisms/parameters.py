@@ -149,16 +149,14 @@ class Facade:
 
     @classmethod
     def from_assembly(cls, assembly: Assembly, loads: Loads | None = None, **changes: Any) -> Facade:
-        """Parameters of a wall, read from its recipe and its loads.
-
-        It is built by ``limitmason.build.wall`` or ``layout``.
+        """Parameters of a wall of ``limitmason.build``, from its recipe and its loads.
 
         Geometry comes from the recipe, friction from the bed joints, the unit weight from density and gravity, the
         overload from loading beams and from dead loads on beams and on the top course.
 
         Parameters
         ----------
-        assembly : with a recipe of kind "wall"
+        assembly : with a recipe of kind "wall", as ``build.wall`` and ``build.layout`` write it
         loads : out of plane or in plane; weight alone with its horizontal twin where omitted
         changes : fields that replace what is read
 
@@ -298,7 +296,7 @@ def bed_friction(assembly: Assembly) -> float:
 def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
     """Axis ("x" or "y") and sense (1 or -1) of live loads that are the weights turned horizontally.
 
-    More of them, as from an overload that is mass, may act on the top course and on beams.
+    On the top course and on beams more than the weight may act, as from an overload that is mass.
 
     Parameters
     ----------
@@ -315,7 +313,7 @@ def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
         raise NotApplicable("no unit with weight is free to move: the closed forms turn the weights of units")
     live = loads.live[units, :3]
     vertical = live[:, 2] != 0.0
-    total = live.sum(axis=0) / weight.sum()
+    total = live.sum(axis=0) / weight.sum()  # at least 1 along the axis of the load
     axis = int(np.argmax(np.abs(total[:2])))
     sense = 1 if total[axis] > 0 else -1
     expected = np.zeros_like(live)

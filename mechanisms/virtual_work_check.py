@@ -94,6 +94,7 @@ def rocking_power(
         slope = slope if inside else 0.0
         start, x0 = width, facade.crack_offset
 
+        # defaults keep the numbers of this course, which the loop changes
         def edge(z: float, start: float = start, slope: float = slope, z0: float = z0) -> float:
             """Place of the crack in this course at a height above the hinge, from the outer face [m]."""
             return facade.crack_offset + start + slope * (z - z0)

@@ -36,6 +36,13 @@ class Discretisation:
     mesh : bricks
     points : integration points along an edge of a brick, 2 or 3
     held : nodes that cannot move, shape (n,) or, by direction, shape (n, 3)
+
+    Attributes
+    ----------
+    unknowns : of every brick, shape (m, k), with k three times its nodes
+    groups : bricks that are copies of one another
+    place, per_brick : integration points in the reference cube, shape (3, q), and their number q
+    _shape : shape functions of a brick's nodes at these points, shape (nodes, q)
     """
 
     def __init__(self, mesh: Mesh, held: Flags, points: int = 3) -> None:
@@ -58,7 +65,7 @@ class Discretisation:
         place, weight = get_quadrature(RefHex, 2 * points - 1)
         self.place: Array = place  # integration points in the reference cube, (3, q)
         self.per_brick = len(weight)
-        corners = mesh.corners - mesh.corners[:, :1]
+        corners = mesh.corners - mesh.corners[:, :1]  # from the first of each brick: copies then are equal
         size = float(np.abs(corners).max())
         _, group = np.unique(np.round(corners.reshape(len(mesh), 24) / (_COPY * size)), axis=0, return_inverse=True)
         self.groups: list[Congruent] = []

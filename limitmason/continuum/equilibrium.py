@@ -70,6 +70,14 @@ class Solver:
     control : weights of the unknowns in the control displacement, shape (3 n,)
     tolerance : residual at which a state is accepted, over the norm of the loads [-]
     band : crack-band width over the cube root of a brick's volume [-]
+
+    Attributes
+    ----------
+    d : discretisation of the model
+    curves : stress-strain curves of all integration points
+    dead, live : nodal forces [N], shape (3 n,); row and live_row are control and live in the order of elimination
+    factorisations : made so far
+    largest : largest size of the multiplier on the path so far [-], set by the caller
     """
 
     def __init__(self, model: Continuum, control: Array, tolerance: float, band: float = 1.0) -> None:
@@ -88,7 +96,7 @@ class Solver:
         self.row = control[d.order]
         self.live_row = self.live[d.order]
         self.factorisations = 0
-        self.largest = 0.0  # multiplier on the path so far
+        self.largest = 0.0
 
     def answer(self, displacement: Array, memory: Memory, *, secant: bool = False) -> PointResponse:
         """Stresses, tangents and new memory of all integration points at a displacement.
@@ -149,7 +157,7 @@ class Solver:
             displacement=np.zeros(len(self.dead)), multiplier=0.0, control=0.0, residual=1.0, iterations=0,
             memory=virgin(n), stress=None, crack=None, stored=0.0, lost=0.0,
         )
-        put_on, part = 0.0, 1.0
+        put_on, part = 0.0, 1.0  # shares of the dead load: carried so far, and added next
         whole = self.dead
         try:
             while put_on < 1.0:
@@ -163,6 +171,7 @@ class Solver:
                         return None
                     part *= 0.5
                     continue
+                # what breaks under the dead load is no jump of the curve, which begins after it
                 node, put_on = new._replace(jump=False), min(put_on + part, 1.0)
                 if part < 1.0:
                     say(f"dead load {put_on:.0%}, {new.iterations} iterations")
@@ -181,8 +190,8 @@ class Solver:
         last : accepted state before, whose memory counts
         guess : displacements to start from [m], shape (3 n,)
         multiplier : to start from [-]
-        target : control displacement [m]
-        most : iterations
+        target : control displacement [m], None to keep the multiplier instead
+        most : largest number of iterations
         secant : iterate with secant stiffness
 
         Returns
@@ -190,7 +199,7 @@ class Solver:
         The state, or None where ``most`` iterations do not reach the tolerance
         """
         assert last.memory is not None
-        u, factor = guess.copy(), multiplier
+        u, factor = guess.copy(), multiplier  # displacements and multiplier of the iterate
         now = self.answer(u, last.memory, secant=secant)
         r = self.unbalanced(now, factor)
         for k in range(1, most + 1):
@@ -234,23 +243,25 @@ class Solver:
         ----------
         last : accepted state before
         target : control displacement [m], or None
-        most : iterations
+        most : largest number of iterations
         say : called with a line every twenty iterations
         """
         assert last.memory is not None
+        # displacements, in the order of elimination, multiplier and memory of the iterate
         u, factor, memory = last.displacement[self.d.order], last.multiplier, last.memory
-        patience = _FINISH
+        patience = _FINISH  # iterations until Newton's method is tried
         for k in range(1, most + 1):
             full = self.d.spread(u)
             now = self.answer(full, memory, secant=True)
             memory = now.memory
+            # column 0: step that removes the unbalanced force; column 1: step per unit of the multiplier
             both = self._linear(now, self.unbalanced(now, factor))
             if both is None:
                 return None
             slope = float(self.row @ both[:, 1])
             if not abs(slope) > _NO_SLOPE:
                 return None
-            # columns and change of the multiplier as in :meth:`solve`
+            # change of the multiplier that brings the control displacement to its target
             more = 0.0 if target is None else (target - float(self.row @ (u + both[:, 0]))) / slope
             factor += more
             off = float(np.linalg.norm(self.unbalanced(now, factor))) / self.size(factor)

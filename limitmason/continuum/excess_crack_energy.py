@@ -71,7 +71,7 @@ def crack_energy(solver: Solver, curves: Curves, memory: Memory) -> CrackEnergy:
     count as more. Rows of neighbours are matched by their place in the brick, so bricks are read in one order.
     """
     d, mesh = solver.d, solver.model.mesh
-    bricks, rows = len(mesh), d.points**2
+    bricks, rows_per_brick = len(mesh), d.points**2
     # crack strain of every point: of the largest strain that it has reached, what its stress does not make
     value, axes = np.linalg.eigh(memory.tension)
     reached = np.maximum(value[:, 2:], 0.0)
@@ -89,12 +89,12 @@ def crack_energy(solver: Solver, curves: Curves, memory: Memory) -> CrackEnergy:
     normal = axes.reshape(bricks, -1, 3, 3)[np.arange(bricks), opened.argmax(axis=1), :, 2]
     row_of_brick = _rows(d.place, _edge(mesh.corners, normal))
     stack = across_cracks(mesh.solid.f2t, mesh.corners.mean(axis=1), normal, cracked)[1]
-    row = rows * stack[:, None] + row_of_brick
+    row = rows_per_brick * stack[:, None] + row_of_brick
     # a row of a brick is as long as its crack band, each of its points by its share in the volume of the row
     width = solver.band * np.cbrt(d.volume.sum(axis=1))
-    within = (rows * np.arange(bricks)[:, None] + row_of_brick).ravel()
-    of_row = np.bincount(within, d.volume.ravel(), minlength=rows * bricks)[within].reshape(bricks, -1)
-    length = width[:, None] * d.volume / of_row
+    brick_row = (rows_per_brick * np.arange(bricks)[:, None] + row_of_brick).ravel()
+    volumes = np.bincount(brick_row, d.volume.ravel(), minlength=rows_per_brick * bricks)
+    length = width[:, None] * d.volume / volumes[brick_row].reshape(bricks, -1)
     # rounding may leave a point that has not cracked below zero
     counts = (cracked[:, None] & (opened >= 0.0)).ravel()
     n = int(row.max()) + 1
@@ -105,16 +105,16 @@ def crack_energy(solver: Solver, curves: Curves, memory: Memory) -> CrackEnergy:
 
     # opening [m] of every row and the number of bricks that it crosses, kept from zero where none of its points counts
     opening, crossed = summed(opened * length), np.maximum(summed(length / width[:, None]), 1e-300)
-    section = summed(d.volume / width[:, None]) / crossed
+    section = summed(d.volume / width[:, None]) / crossed  # area of every row [m2]
     # the law of the point that has opened most stands for its row: written last, it stays
     most = np.zeros(n, dtype=np.intp)
     order = np.argsort(np.where(counts, opened.ravel(), -1.0), kind="stable")
     most[row.ravel()[order]] = order
-    one = _of_one(curves.rows(most), opening, width[most // d.per_brick]) * section
+    single = _of_one(curves.rows(most), opening, width[most // d.per_brick]) * section
     taken = summed(lost * d.volume)
-    off = np.bincount(stack[most // d.per_brick], taken - one, minlength=bricks)
+    off = np.bincount(stack[most // d.per_brick], taken - single, minlength=bricks)  # of every stack [J]
     worst = int(np.flatnonzero(stack == int(np.abs(off).argmax()))[0])
-    return CrackEnergy(float(taken.sum()), float(one.sum()), mesh.corners[worst].mean(axis=0))
+    return CrackEnergy(float(taken.sum()), float(single.sum()), mesh.corners[worst].mean(axis=0))
 
 
 def _edge(corners: Array, normal: Array) -> Index:
@@ -185,7 +185,7 @@ def _of_one(c: Curves, opening: Array, width: Array) -> Array:
     # a material of infinite strength has no crack
     rows = np.flatnonzero((opening > 0.0) & np.isfinite(c.tension))
     ft, scale, h = c.tension[rows], c.softening[rows], width[rows]
-    first, target = ft / c.modulus[rows], opening[rows] / width[rows]
+    first, target = ft / c.modulus[rows], opening[rows] / width[rows]  # ft / E and w / h
     x = np.zeros(len(rows))
     for _ in range(_ITERATIONS):
         step = (target - scale * x - first * (1.0 - np.exp(-x))) / (scale + first * np.exp(-x))

@@ -30,6 +30,14 @@ class EqualBricks:
     Parameters
     ----------
     solver : of the path, whose curves it changes for steps that are tied
+
+    Attributes
+    ----------
+    true : curves with the strengths as they are
+    centre : middles of the bricks [m], shape (m, 3)
+    towards, place : unit direction of the control displacement, and its point [m], shape (3,) each
+    chosen : number of the brick that cracks in place of each brick, -1 for none, shape (m,)
+    seen : bricks that crack together whatever is chosen, shape (m,)
     """
 
     def __init__(self, solver: Solver) -> None:
@@ -40,8 +48,8 @@ class EqualBricks:
         control = solver.control.reshape(-1, 3)
         self.towards = control.sum(axis=0)  # its shape functions add up to one: the unit direction of the control
         self.place = np.abs(control).sum(axis=1) @ mesh.nodes / np.abs(control).sum()
-        self.chosen = np.full(len(mesh), -1)  # the brick that cracks in place of a brick, -1 for none
-        self.seen: Flags = np.zeros(len(mesh), dtype=np.bool_)  # bricks that crack together whatever is chosen
+        self.chosen = np.full(len(mesh), -1)
+        self.seen: Flags = np.zeros(len(mesh), dtype=np.bool_)
 
     def stepped(
         self, step: Callable[[], EquilibriumState | None], last: EquilibriumState
@@ -55,10 +63,12 @@ class EqualBricks:
         """
         self._release(last)
         new = step()
+        # a state found with some bricks made stronger counts only if it balances with their true strength
         if new is not None and (self.chosen >= 0).any():
             new = self._checked(new) or self._without_choice(step)
         if new is None or not (rows := self._rows(last, new)):
             return new
+        # these bricks would crack together: all but one of each row are made stronger, and the step is done again
         before = self.chosen.copy()
         for row, winner in rows:
             self.chosen[row[row != winner]] = winner
@@ -151,6 +161,7 @@ class EqualBricks:
                 along = along * np.sign(along @ way)
                 break
         strength = self._per_brick(self.true.tension)[row, 0]
+        # normal stress across the crack, summed over the points of a brick: it only compares bricks
         stress = np.einsum("bcij,i,j->b", tensor(last.stress.reshape(len(self.chosen), -1, 6)[row]), along, along)
         for reached in (np.maximum(stress, 0.0) / strength, 1.0 / strength):  # the second where nothing was loaded yet
             most = row[reached >= (1.0 - _EQUAL) * reached.max()]

@@ -106,6 +106,7 @@ class Mesh(ReadOnly):
         middle = p.mean(axis=1)
         # scikit-fem keeps corners sorted, not in order around the face: sorted here by their angle about its middle
         axis = p[:, 1] - p[:, 0]
+        # normal of a face by three of its corners, by others where these lie in a line
         normal = np.cross(axis, p[:, 3] - p[:, 0])
         in_line = np.linalg.norm(normal, axis=1) < _IN_LINE * np.linalg.norm(axis, axis=1) ** 2
         normal[in_line] = np.cross(axis, p[:, 2] - p[:, 0])[in_line]

@@ -108,9 +108,10 @@ def push(
         raise InputError("no live load acts on the solid: there is nothing to push with")
     solver = Solver(model, model.functional(point, direction), tolerance, band)
     nodes = _begun(solver, model, start, say)
-    origin = nodes[0].control
+    origin = nodes[0].control  # control displacement under the dead load
     step = first or to / 100.0
     longest = largest or to / 30.0
+    # shortest step, and energy that a step may miss over its work
     least, budget = min(step, longest) / _CUTS, max(energy_error, 3.0 * tolerance)
     status, equal = REACHED, EqualBricks(solver)
     while (left := origin + to - nodes[-1].control) > _ARRIVED * to:

@@ -210,7 +210,7 @@ def respond(c: Curves, strain: Array, before: Memory, *, secant: bool = False) -
     beyond = _beyond(c, strain, before)
     if beyond.all():
         return _cracking(c, strain, before, secant=secant)
-    g = 0.5 * c.modulus / (1.0 + c.poisson)
+    g = 0.5 * c.modulus / (1.0 + c.poisson)  # Hooke's law for all points; those beyond it are written over it
     lame = 2.0 * g * c.poisson / (1.0 - 2.0 * c.poisson)
     tangent = np.zeros((len(strain), 6, 6))
     tangent[:, :3, :3] = lame[:, None, None]
@@ -242,9 +242,9 @@ def _beyond(c: Curves, strain: Array, before: Memory) -> Flags:
     off = strain[:, :3] - mean[:, None]
     # no principal value lies further from the mean than sqrt(2/3) of the norm of the deviator
     reach = twice_shear * np.sqrt(2.0 / 3.0 * ((off * off).sum(axis=1) + 0.5 * (strain[:, 3:] ** 2).sum(axis=1)))
-    pressure = c.modulus / (1.0 - 2.0 * c.poisson) * mean
+    mean_stress = c.modulus / (1.0 - 2.0 * c.poisson) * mean
     remembers = before.tension.any(axis=(1, 2)) | before.compression.any(axis=(1, 2))
-    return np.asarray(remembers | (pressure + reach > c.tension) | (reach - pressure > c.crushing / 3.0))
+    return np.asarray(remembers | (mean_stress + reach > c.tension) | (reach - mean_stress > c.crushing / 3.0))
 
 
 def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> PointResponse:
@@ -376,7 +376,7 @@ def _remember(c: Curves, before: Memory, axes: Array, equivalent: Array, kt: Arr
     # lost: area under the curve to the largest strain, less the triangle that unloading from there gives back
     lost = before.lost.copy()
     for sign, old, more in ((1.0, kt, more_t), (-1.0, kc, more_c)):
-        for reached, times in ((old + more, 1.0), (old, -1.0)):
+        for reached, times in ((old + more, 1.0), (old, -1.0)):  # what is lost by now, less what was before
             stress, _, area = envelope(c, sign * reached)
             lost += times * (area - 0.5 * np.abs(stress) * reached).sum(axis=1)
     return Memory(grown[0], grown[1], lost)

@@ -151,8 +151,8 @@ def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[st
 
     Parameters
     ----------
-    settings : options of :func:`analyse`
-    options : those of the search beside them
+    settings : tolerance, check_dead_load and verbose, for :func:`analyse` and the search
+    options : further ones of the search alone
     """
     from limitmason.limit.nonassociative.analysis import solve_nonassociative
 
@@ -167,14 +167,14 @@ def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[st
 
 
 def _half_as_fine(assembly: Assembly, grid: Grid | Mapping[str, Grid]) -> dict[str, Grid]:
-    """Half as many points on the joints of every kind, but two at least: the ends."""
+    """Grid by kind of joint with half as many points either way, two at least."""
     kinds = {i.kind for i in assembly.interfaces}
     table = grid if isinstance(grid, Mapping) else dict.fromkeys(kinds, grid)
     return {kind: (max(2, (n + 1) // 2), max(2, (m + 1) // 2)) for kind, (n, m) in table.items()}
 
 
 def _with_grid_error(prediction: Prediction, coarser: Prediction) -> Prediction:
-    """Add what half the points would have given, the ``coarser`` answer.
+    """Prediction with a warning of what half the points give, the ``coarser`` one.
 
     The error of crushing points falls faster than in proportion to their number: the change is more than what is left.
     """

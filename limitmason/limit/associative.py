@@ -121,6 +121,7 @@ def _first_certified(
     check_dead_load : whether it is also asked if the structure stands without live load
     """
     best: Prediction | None = None
+    # ``unknown``: it was asked, but not found out, whether the best answer's structure stands without live load
     spent, tried, unknown = 0.0, [], False
     for scaled, name in _attempts(problem, "clarabel" if torsion else solver):
         attempt = _attempted(
@@ -170,7 +171,7 @@ def _attempted(
     cones = make_cones(scaled)
     solution = solve_program(
         scaled, cones, solver=solver, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose,
-        judged=True,
+        judged=True,  # the certificate below decides what an answer that is almost solved is worth
     )
     spent = solution.seconds
     # "unbounded" needs a ray of forces that carry the live load alone
@@ -201,7 +202,7 @@ def _as_far_as_proven(best: Prediction, problem: Problem, *, unknown: bool) -> P
         reason = "neither forces that carry the dead load were found nor a motion that proves it cannot be carried"
         return replace(best, status=Status.NOT_CONVERGED, mechanism=None, warnings=(reason,))
     if unknown and best.status == Status.UNBOUNDED:
-        # a structure that cannot stand has no multiplier, whatever the live load would hold up
+        # "unbounded" holds only of a structure that stands without live load, which is not known here
         return replace(best, status=Status.NOT_CONVERGED, collapse_multiplier=float("nan"))
     if unknown and best.status == Status.SOLVED:
         reason = "reduced accuracy: whether it stands without live load was not found out"
@@ -215,6 +216,7 @@ def _attempts(problem: Problem, solver: str) -> Iterator[tuple[Problem, str]]:
     ``solver`` is the one asked for. Yields the problem in some scaling, and the solver for it.
     """
     wide = spread(problem)
+    # loads of blocks far apart: each block in its own units first; somewhat apart: only if the common unit fails
     scaled = balanced(problem) if wide > WIDE_LOADS else None
     if scaled is not None:
         yield scaled, solver
@@ -224,7 +226,7 @@ def _attempts(problem: Problem, solver: str) -> Iterator[tuple[Problem, str]]:
         yield scaled, solver
     if solver != "auto":
         return
-    # then each solver alone: what "auto" came to above may be the answer of the other, where the first gave none
+    # then each solver by name: "auto" may have stopped at the first one's answer, or handed on to the other
     if choose_solver(problem, solver) == "interior-point":
         yield problem, "clarabel"
     if unsupported(problem) is None:
@@ -240,7 +242,7 @@ def _falls(prediction: Prediction) -> bool:
 
 
 def _rank(prediction: Prediction) -> tuple[int, float]:
-    """What sorts answers, least first: (rank, worst figure of the certificate [-]).
+    """Sort key of an answer, best first: (rank, worst figure of the certificate [-]).
 
     Rank 0: accepted or proven. 1: solved, not accepted. 2: said to fall without proof. 3: nothing known.
     """
@@ -256,11 +258,10 @@ def _rank(prediction: Prediction) -> tuple[int, float]:
 
 
 def _sure(best: Prediction, problem: Problem) -> bool:
-    """Whether nothing else need be tried: accepted or proven, and surely so.
+    """Whether no other solver or scaling need be tried after the ``best`` answer.
 
-    Where loads lie far apart that takes something to spare.
-
-    There a small block's residual, within what is accepted, may be worth more than that in the multiplier of the whole.
+    It must be accepted or proven. Where blocks differ much in load its residuals and gap must also be ``WELL_SOLVED``:
+    an accepted residual of a small block may change the multiplier of the whole by more than itself.
     """
     rank, worst = _rank(best)
     return rank == 0 and (worst <= WELL_SOLVED or spread(problem) <= SEEN_LOADS)
@@ -269,26 +270,29 @@ def _sure(best: Prediction, problem: Problem) -> bool:
 def _dead_load_checked(
     problem: Problem, scaled: Problem, cones: Cones, solution: Solution, check: bool
 ) -> tuple[Solution, bool | None, Array | None, float]:
-    """Solution with the status by the dead load alone: whether it stands, or falls.
-
-    How it falls, and the seconds that this took [s], come with it.
+    """Solution whose status takes account of whether the dead load alone is carried.
 
     Whatever the program with live load says, a structure that falls without it has no multiplier: also where live load
     would hold it up for ever ("unbounded"), and where the solver stopped short.
 
     Parameters
     ----------
-    problem : that was solved
-    scaled : the scaling of it that the solution is of
-    cones : the joint law in that scaling
-    check : whether it is asked for; else only an answer that says "falls" is checked
+    problem : in its own units
+    scaled : the problem in the units of ``cones`` and ``solution``
+    cones : the joint law in these units
+    solution : of the program with live load
+    check : False checks only a solution that says "cannot stand"
 
     Returns
     -------
-    solution, stands, velocity, seconds : ``stands`` None where it is not known, ``velocity`` None unless it falls
+    solution : with the status "cannot stand" where the structure falls
+    stands : whether the dead load alone is carried, None where that is not known
+    velocity : duals of the rows of ``scaled`` by which it falls, shape (r,); None unless it falls
+    seconds : spent in solvers here [s]
     """
     if not check and solution.status != Status.CANNOT_STAND:
         return solution, None, None, 0.0
+    # the own solver's word, which counts only where no load is lost in its accuracy
     stands = solution.stands if spread(scaled) <= SEEN_LOADS else None
     # the largest multiplier that can be carried is below zero: the live load would have to hold the structure up
     falls = solution.status in (Status.SOLVED, Status.ALMOST_SOLVED) and solution.multiplier < BELOW_ZERO
@@ -296,12 +300,15 @@ def _dead_load_checked(
         return solution, True, None, 0.0
     answer = stands_under_dead_load(scaled, cones)
     if answer.stands is None and not falls:
-        # a scaling that suits the program with live load need not suit the one without
+        # undecided: the other scaling may decide it, and its motion is then written in the units of this one
         other = problem if scaled is not problem else balanced(problem)
         again = stands_under_dead_load(other, make_cones(other))
         velocity = None if again.velocity is None else scaled.dual(other.twists(again.velocity))
         answer = again._replace(force=None, velocity=velocity, seconds=answer.seconds + again.seconds)
-    stands = False if falls else stands if answer.stands is None else answer.stands
+    if falls:
+        stands = False
+    elif answer.stands is not None:
+        stands = answer.stands
     if stands is False:
         velocity = solution.velocity if answer.velocity is None and falls else answer.velocity
         return solution._replace(status=Status.CANNOT_STAND), False, velocity, answer.seconds
@@ -329,20 +336,21 @@ def _finer(problem: Problem, prediction: Prediction) -> Cells | None:
     their part of the gap is less than ``CELL_TARGET``. Finer cells let the mechanism change and then fit it less, so a
     part of the target alone is asked for: ``BETWEEN_BOUNDS``, or ``ONE_BOUND`` where there is a single one.
     """
-    assembly, loads, m, c = problem.assembly, problem.loads, prediction.mechanism, prediction.certificate
-    if m is None:
+    loads, mechanism, c = problem.loads, prediction.mechanism, prediction.certificate
+    if mechanism is None:
         return None
     if prediction.status == Status.CANNOT_STAND:
         if _falls(prediction):
-            return None
-        allowed = ONE_BOUND * CELL_TARGET * float((loads.dead * m.twists).sum())
+            return None  # the motion is a proof already
+        # a fall has no live load: what the cells may miss is measured by the power of the dead load
+        allowed = ONE_BOUND * CELL_TARGET * float((loads.dead * mechanism.twists).sum())
     elif c is not None and c.discretisation > CELL_TARGET:
-        rate = float((loads.live * m.twists).sum())
+        live_power = float((loads.live * mechanism.twists).sum())
         # gap = (kinematic - static) / scale: a power over the live power and that scale is a part of the gap
-        allowed = BETWEEN_BOUNDS * CELL_TARGET * (c.kinematic_multiplier - c.static_multiplier) / c.gap * rate
+        allowed = BETWEEN_BOUNDS * CELL_TARGET * (c.kinematic_multiplier - c.static_multiplier) / c.gap * live_power
     else:
         return None
-    cells = refined(assembly, problem.cells, m.twists, allowed)
+    cells = refined(problem.assembly, problem.cells, mechanism.twists, allowed)
     return None if cells is problem.cells else cells
 
 
@@ -358,7 +366,7 @@ def carry(problem: Problem) -> tuple[Resultants | None, Prediction | None]:
     forces, falling : one of them None, or both where neither was found
     """
     for _ in range(REFINEMENTS + 1):
-        cells = None
+        cells = None  # finer ones, where the motion by which it falls is no proof on these
         for scaled in (balanced(problem), problem):
             answer = stands_under_dead_load(scaled, make_cones(scaled))
             if answer.force is not None:
@@ -369,7 +377,9 @@ def carry(problem: Problem) -> tuple[Resultants | None, Prediction | None]:
                 status=Status.CANNOT_STAND, multiplier=np.nan, force=np.empty(0), velocity=answer.velocity,
                 iterations=0, seconds=answer.seconds,
             )
-            falling, _ = prediction_from(scaled, solution, False, {}, np.nan, False, answer.velocity)
+            falling, _ = prediction_from(
+                scaled, solution, torsion=False, details={}, tolerance=np.nan, stands=False, falling=answer.velocity
+            )
             if _falls(falling):
                 return None, falling
             cells = _finer(problem, falling) if problem.cells else None

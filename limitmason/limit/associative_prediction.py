@@ -38,6 +38,7 @@ def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None
     """
     if velocity is None:
         return None, {}
+    # the dead load in the role of the live one, so that its multiplier is asked for
     fall = Loads(np.zeros_like(problem.loads.dead), problem.loads.dead)
     m = problem.mechanism(fall, velocity)
     if m is None:
@@ -56,19 +57,21 @@ def prediction_from(
     problem: Problem, solution: Solution, torsion: bool, details: dict, tolerance: float, stands: bool | None,
     falling: Array | None,
 ) -> tuple[Prediction, float]:
-    """Unscaled, certified prediction from a scaled solution, and seconds it took [s].
-
-    They are those of the certificate's programs.
+    """Unscaled, certified prediction from a scaled solution, and the seconds for it.
 
     Parameters
     ----------
     problem : in the scaling that was solved
     solution : of it
     torsion : whether a torsion limit holds
-    details : what else the prediction says
+    details : entries of ``Prediction.details``
     tolerance : of the solver [-]
     stands : whether the dead load alone is carried, None where not known
     falling : duals of the equilibrium rows of the motion by which it falls, shape (r,); None for none
+
+    Returns
+    -------
+    prediction, seconds : the latter in the programs of the certificate [s]
     """
     assembly, loads, points = problem.assembly, problem.loads, problem.points
     provenance = {
@@ -94,8 +97,8 @@ def prediction_from(
     method = "limit analysis, associative" + (", torsion limit" if torsion else "")
     if solution.status in (Status.CANNOT_STAND, Status.UNBOUNDED, Status.NOT_CONVERGED):
         none = Prediction(
-            method, np.inf if solution.status == Status.UNBOUNDED else np.nan, Bound(BoundKind.NONE), solution.status,
-            provenance=provenance, details=details, **facts,
+            method=method, collapse_multiplier=np.inf if solution.status == Status.UNBOUNDED else np.nan,
+            bound=Bound(BoundKind.NONE), status=solution.status, provenance=provenance, details=details, **facts,
         )
         return _with_its_reason(problem, none, stands, falling), 0.0
     value = solution.multiplier * problem.live_scale
@@ -131,7 +134,7 @@ def _with_its_reason(problem: Problem, none: Prediction, stands: bool | None, fa
 
     Parameters
     ----------
-    none : without mechanism and warnings
+    none : the prediction, with its status but without mechanism and warnings
     stands, falling : as for :func:`prediction_from`
     """
     mechanism, proof = _falling(problem, falling)
@@ -145,7 +148,9 @@ def _with_its_reason(problem: Problem, none: Prediction, stands: bool | None, fa
 
 
 def _certified(problem: Problem, prediction: Prediction, torsion: bool) -> tuple[Certificate, float]:
-    """Certificate; where opening motions give too wide a gap, one is computed anew.
+    """Certificate of a prediction, and seconds in its programs [s].
+
+    Where the usual repair of the mechanism leaves a wide gap, a motion that opens all joints is computed to repair it.
 
     Parameters
     ----------

@@ -76,9 +76,9 @@ def self_stress(confinement: float) -> list[str]:
 
 
 def twisted_faces(problem: Problem, prediction: Prediction) -> bool:
-    """Whether a face in space carries more torsion than a part of what it bears.
+    """Whether a face in space carries more torsion than uniform pressure allows.
 
-    It is ``TORSION`` times its strength in shear and its side.
+    The limit is ``TORSION`` times its strength in shear [N] and the root of its area [m], exact for squares.
     """
     resultants = prediction.resultants
     if problem.plane is not None or resultants is None:

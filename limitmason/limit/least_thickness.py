@@ -67,7 +67,7 @@ def minimum_thickness(
 
     if not margin(thick).low >= 0.0:
         raise InputError(f"between: it does not stand at a thickness of {thick:g} m either; give a larger one")
-    # ``last_standing`` takes its accuracy over one where values are below one: the thickness of a thin arch is
+    # ``last_standing`` takes the accuracy of values below 1 m over 1 m: here it is over the larger thickness
     found = last_standing(margin, thick, thin, accuracy * min(1.0, thick))
     # from the thick end that stands down to the thin one that falls: the range is turned round
     return Range(0.0 if found.high == float("inf") else found.high, found.low, "thickness [m]")

@@ -110,7 +110,7 @@ def load_region(
     if limit is not None and len(limit) not in (1, len(cases)):
         raise InputError(f"within: give one size, or one for each of the {len(cases)} cases, got {within!r}")
     limit = None if limit is None else np.broadcast_to(limit, (len(cases),))
-    for number, case in enumerate([dead, *cases], -1):
+    for number, case in enumerate([dead, *cases], start=-1):  # the dead load is number -1, the cases begin at 0
         if len(case.dead) != assembly.n_blocks:
             label = "dead" if number < 0 else f"case {case.name or number!r}"
             raise InputError(f"{label}: for {len(case.dead)} blocks, the assembly has {assembly.n_blocks}")
@@ -141,25 +141,25 @@ def load_region(
     if any(i.joint.tan_psi < i.joint.tan_phi for i in assembly.interfaces):
         # with friction tan(psi) the same motions are associative: what lies inside is safe for any flow rule
         reduced = assembly.with_joints(inside)
-        # cut where the region was
+        # where the region has no end, this one is cut at the same multipliers
         same = found.within if np.isfinite(found.within).all() else limit
         found = replace(found, certain=region(reduced, dead, same))
     return found
 
 
 def _endless(assembly: Assembly, least: float) -> Assembly:
-    """The assembly as endless loads find it: without cohesion and tensile strength.
+    """The assembly whose joints bear only what can grow with the loads without end.
 
-    What has a largest force bears nothing beside such loads: joints that crush, and ties.
+    Friction stays. Cohesion and tensile strength are left out; joints that crush, and ties, bear next to nothing.
 
     Parameters
     ----------
-    least : force that these bear at most [N], next to nothing
+    least : force that a joint which crushes, or a tie, bears at most [N]
     """
     crushing = least / float(assembly.arrays.area.max())
 
     def law(joint: Joint) -> Joint:
-        """The law of a joint without what strengths add."""
+        """Friction alone, or next to no strength for a joint that crushes."""
         if math.isinf(joint.compressive_strength):
             return Joint(joint.friction_angle_deg)
         return Joint(0.0, compressive_strength=crushing)
@@ -177,7 +177,15 @@ class _Farthest(NamedTuple):
 
 
 class _Support:
-    """Largest multipliers in a direction: forces, and the mechanism's half-plane."""
+    """Largest multipliers in a direction: forces, and the mechanism's half-plane.
+
+    Attributes
+    ----------
+    problem : with the live loads in units of ``unit``
+    unit : multiplier at which a live load is as large as the dead load [-], shape (k,)
+    solved : programs solved so far
+    opening : a motion that opens all joints, as twists, or nothing where there is none; None until it is asked for
+    """
 
     def __init__(self, assembly: Assembly, dead: Loads, live: Array, model: dict[str, Any]) -> None:
         """Scale the live loads to one size, so that directions are comparable.
@@ -188,7 +196,7 @@ class _Support:
         live : wrenches of all live loads [N, N m], shape (k, n_blocks, 6)
         model : keywords of :func:`make_problem`
         """
-        # unit: multiplier at which a live load is as large as the dead load, (k,); of the least live load without any
+        # without a dead load the least live load takes its place
         sizes = np.abs(live).sum(axis=(1, 2))
         self.unit = max(float(np.abs(dead.dead[~assembly.fixed]).sum()), float(sizes.min())) / sizes
         self.live, self.dead, self.assembly = live, dead, assembly
@@ -209,15 +217,15 @@ class _Support:
         status = ""
         for p in (self.problem, balanced(self.problem)):
             scale = self.unit * p.live_scale  # multiplier = scaled multiplier * scale
-            h = direction * scale / np.linalg.norm(direction * scale)
+            towards = direction * scale / np.linalg.norm(direction * scale)
             limits = None if within is None else within / scale
-            solution = solve_static(p, make_cones(p), direction=h, within=limits)
+            solution = solve_static(p, make_cones(p), direction=towards, within=limits)
             status = str(solution.status)
             y = scale * np.array([solution.multiplier, *solution.free])
             if status == Status.UNBOUNDED:
-                return _Farthest(status, y, None, None)
+                return _Farthest(status, y, forces=None, half_plane=None)
             if status == Status.CANNOT_STAND:
-                return _Farthest(status, y, None, self.half_plane(p, solution.velocity))
+                return _Farthest(status, y, forces=None, half_plane=self.half_plane(p, solution.velocity))
             if status in (Status.SOLVED, Status.ALMOST_SOLVED):
                 forces = self.certified(p, y, solution.force)
                 plane = self.half_plane(p, solution.velocity)
@@ -236,16 +244,21 @@ class _Support:
         """
         loads = Loads(self.dead.dead, np.tensordot(y, self.live, 1))
         forces = p.resultants(p.forces(scaled))
-        # of a cone, whose apex has no load to measure what is left by: rays as the solver has them
+        # without dead load there is no load to measure the unbalance by at multipliers of zero: taken as they are
         if not self.dead.dead.any():
             return forces
-        state = Prediction("", 1.0, Bound(BoundKind.NONE), Status.SOLVED, None, forces, **p.contact_facts)
+        # ``loads`` hold the multipliers already, so that theirs is one
+        state = Prediction(
+            method="", collapse_multiplier=1.0, bound=Bound(BoundKind.NONE), status=Status.SOLVED, resultants=forces,
+            **p.contact_facts,
+        )
         found = certify(self.assembly, loads, state)
         return forces if max(found.block_residual, found.joint_excess) <= OWN_RESIDUAL else None
 
     def half_plane(self, p: Problem, velocity: Array) -> HalfPlane | None:
-        """What a repaired motion proves: sum of lambda_k w_k . v <= D(v) - w . v, or None.
+        """What a motion v proves: sum of lambda_k w_k . v <= D(v) - w . v, or None.
 
+        D is the power that the joints dissipate, w the dead load. The motion is first repaired to obey the flow rule.
         A motion on which no load works has a normal of zeros: a negative offset then proves that the set is empty.
 
         Parameters
@@ -254,7 +267,7 @@ class _Support:
         velocity : dual of the equilibrium rows of p, shape (r,)
         """
         twists = np.where(self.assembly.held, 0.0, p.twists(velocity))
-        rate = np.tensordot(self.live, twists, 2)
+        rate = np.tensordot(self.live, twists, 2)  # power of every live load, (k,)
         size = float(np.linalg.norm(rate * self.unit))
         # the certificate wants loads that do work on the motion: those of the normal, or the dead load alone
         works = size > NO_WORK * np.abs(twists).max() * np.abs(self.dead.dead).sum()
@@ -286,9 +299,9 @@ def _closed(
 ) -> LoadRegion:
     """Region of the multipliers that are carried, from its extreme points.
 
-    It asks ``support`` for the farthest point and half-plane along directions from the inner set to corners of the
-    outer one. It ends when the gap over the size is at most ``tolerance``, no direction is new, or more than ``most``
-    programs would be needed.
+    It asks ``support`` for the farthest point and half-plane along directions from the inner set (hull of the points
+    found) to corners of the outer one (all half-planes together). It ends when the gap over the size is at most
+    ``tolerance``, no direction is new, or more than ``most`` programs would be needed.
 
     Parameters
     ----------
@@ -308,7 +321,8 @@ def _closed(
     planes = [found.half_plane for found in first if found.half_plane is not None]
     limits = np.full(k, np.inf) if within is None else within
     if any(found.status == Status.CANNOT_STAND for found in first):
-        # empty where a half-plane lies wholly beyond the box of multipliers that were asked for
+        # empty where a half-plane lies wholly beyond the box of multipliers that were asked for; without such limits
+        # the program is infeasible whatever the multipliers, so that the normal is zero but for rounding
         reach = np.where(np.isfinite(limits), limits, 0.0)
         proofs = [p.twists for p in planes if p.offset < -float(np.abs(p.normal) @ reach)]
         if not proofs:
@@ -362,8 +376,6 @@ def _outwards(inner: Array, planes: list[HalfPlane], extent: Array, tolerance: f
     far = corners_of_half_spaces(normal, offset, inner / extent)
     foot = np.array([nearest_in_hull(inner / extent, w) for w in far])  # of every outer corner on the inner set
     away = np.linalg.norm(far - foot, axis=1) if len(far) else np.zeros(0)
-    out = [
-        (w - f) / extent / np.linalg.norm((w - f) / extent)
-        for w, f, a in zip(far, foot, away, strict=True) if a > tolerance * size
-    ]
-    return out, float(away.max(initial=0.0)) / size
+    # (w - f) is the normal of the inner set in multipliers over the extent: in multipliers it is over the extent again
+    normals = [(w - f) / extent for w, f, a in zip(far, foot, away, strict=True) if a > tolerance * size]
+    return [n / np.linalg.norm(n) for n in normals], float(away.max(initial=0.0)) / size

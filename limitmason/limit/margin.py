@@ -53,12 +53,10 @@ STEPS_NEAR, WIDER = 12, 4.0
 
 
 def standing_margin(assembly: Assembly, loads: Loads, **model: Any) -> Margin:
-    """How much further than to its dead load a structure goes, as a multiplier.
+    """Proven ends of a multiplier that is 0 or more where the dead load is carried.
 
-    It starts from forces that press all joints evenly.
-
-    The multiplier of w_dead + lambda (w_dead + A f_even) is -1 or more, because f_even is admissible. The dead load is
-    carried where it is 0 or more.
+    It is the largest lambda with w_dead + lambda (w_dead + A f_even) carried, where f_even presses all joints evenly.
+    At lambda = -1 the admissible f_even balance the load, so that the multiplier is never below -1.
 
     Parameters
     ----------
@@ -99,7 +97,7 @@ def _pressed_evenly(problem: Problem) -> Array:
 
 
 def last_standing(margin: Callable[[float], Margin], safe: float, far: float, accuracy: float) -> Range:
-    """Value at which the margin comes to nothing, between two proven ends.
+    """Last value at which a structure stands: zero of its margin, with proven ends.
 
     The margin falls from positive where the structure stands to negative where it does not, see
     :func:`standing_margin`. Its zero is found by the secant; the value at an end that stays is halved (Illinois).
@@ -118,15 +116,15 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
     low, high = margin(far)
     if low >= 0.0:
         return Range(far, math.inf)
-    # by whether it stands there: value, and the proven end of its margin that says so
+    # two ends, True where it stands and False where it falls: their values, and the margin that proves it
     ends = {True: safe, False: far}
     values = {True: max(margin(safe).low, LEAST_MARGIN), False: high}
-    last = None  # whether the trial before stands
+    last = None  # whether it stood at the trial before
     for trial in range(MOST_TRIALS):
         gap, unit = ends[False] - ends[True], max(1.0, abs(ends[True]))
         if abs(gap) <= accuracy * unit or not all(map(math.isfinite, values.values())):
             break
-        # past the crossing by a part of the accuracy, so that the other end comes near it too
+        # the secant's zero between the ends, and past it by a part of the accuracy, so that the other end nears it too
         share = values[True] / (values[True] - values[False])
         step = PAST * accuracy * unit / abs(gap)
         share = share + step if last else share - step
@@ -138,21 +136,20 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
             _close_in(margin, at, ends, accuracy * unit)
             break
         stands = low >= 0.0
-        if stands == last:
+        if stands == last:  # the other end has stayed twice: Illinois
             values[not stands] *= 0.5
+        # a margin of zero would hold the secant at this end
         ends[stands], values[stands], last = at, max(low, 0.01 * LEAST_MARGIN) if stands else high, stands
     return Range(ends[True], ends[False])
 
 
 def _close_in(margin: Callable[[float], Margin], at: float, ends: dict[bool, float], step: float) -> None:
-    """Bring both ends as near as can be proven to a value between them.
-
-    At it neither forces nor a motion is found.
+    """Bring both ends as near as can be proven to a value where nothing is proven.
 
     Parameters
     ----------
     margin : proven ends of the margin at a value
-    at : value at which neither is found
+    at : value between the ends at which neither forces nor a motion are found
     ends : value at which it stands (True) and at which it falls (False), changed
     step : first distance from ``at`` that is tried, then ``WIDER`` times as far
     """
@@ -163,6 +160,7 @@ def _close_in(margin: Callable[[float], Margin], at: float, ends: dict[bool, flo
             if not abs(trial - at) < abs(far - at):
                 break
             low, high = margin(trial)
-            if low >= 0.0 if stands else high < 0.0:
+            proven = low >= 0.0 if stands else high < 0.0
+            if proven:
                 ends[stands] = trial
                 break

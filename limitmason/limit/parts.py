@@ -72,7 +72,7 @@ def governed(
     if not any(live):
         make_problem(assembly, loads, **model)  # says that there is no live load
     found: dict[int, Prediction] = {}
-    for k in range(len(parts)):
+    for k in range(len(parts)):  # after an interrupt no more are begun
         if live[k] and not any(p.status == Status.INTERRUPTED for p in found.values()):
             found[k] = solve(held[k])
     rows = tuple(
@@ -107,7 +107,7 @@ def governed(
 def _said_of(found: Prediction | None, live: bool) -> dict[str, Any]:
     """Multiplier and status of a part; ``found`` is its answer, or None.
 
-    Without ``live`` load any multiplier is carried; else an interrupt came before.
+    A part without answer either has no ``live`` load and carries any multiplier, or an interrupt came before its turn.
     """
     if found is not None:
         return {"multiplier": found.collapse_multiplier, "status": found.status}
@@ -128,15 +128,15 @@ def _of_part(prediction: Prediction, part: int, rows: tuple) -> Prediction:
 
 
 def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | None, value: float) -> Prediction:
-    """Prediction of a whole of which a part fails: under dead load, or at the end.
+    """Prediction without multiplier of a whole of which a part cannot be carried.
 
     Parameters
     ----------
-    first : answer of any part
+    first : answer of any part, for what the model has in common
     part : number of the one that falls
     rows : what is said of all parts, see :func:`governed`
     falling : proof of the fall, or None where neither forces nor proof were found
-    value : multiplier at which the part falls [-]; 0 for the dead load alone
+    value : multiplier of the whole at which the part falls [-]; 0 for the dead load alone
     """
     name = rows[part]["blocks"][0]
     if falling is None:
@@ -147,9 +147,9 @@ def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | Non
         reason = f"the part with block {name!r} cannot carry {load}; the mechanism is that of its fall"
         details = dict(falling.details)
     return Prediction(
-        first.method, float("nan"), Bound(BoundKind.NONE),
-        Status.NOT_CONVERGED if falling is None else Status.CANNOT_STAND,
-        None if falling is None else falling.mechanism, provenance=first.provenance, warnings=(reason,),
+        method=first.method, collapse_multiplier=float("nan"), bound=Bound(BoundKind.NONE),
+        status=Status.NOT_CONVERGED if falling is None else Status.CANNOT_STAND,
+        mechanism=None if falling is None else falling.mechanism, provenance=first.provenance, warnings=(reason,),
         details={**details, "parts": rows, "governing_part": part}, flow_rule=first.flow_rule,
         contact_model=first.contact_model, plane=first.plane, stress_block=first.stress_block,
     )
@@ -158,9 +158,7 @@ def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | Non
 def _carrying(
     part: Assembly, loads: Loads, multiplier: float, own: Prediction | None, model: Mapping[str, Any], check: bool
 ) -> tuple[Resultants | None, Prediction | None]:
-    """Forces in a part at a multiplier that it carries, or None.
-
-    The second value is the motion by which the part falls, if that is known.
+    """Forces in a part at the multiplier of the whole, or how the part falls.
 
     Parameters
     ----------
@@ -169,6 +167,10 @@ def _carrying(
     own : answer of the part alone, or None without live load on it
     model : options of :func:`make_problem`
     check : whether the dead load alone is known to stand
+
+    Returns
+    -------
+    forces, falling : forces or None, and then a prediction that proves the fall; both None where neither was found
     """
     top = own.collapse_multiplier if own is not None else np.inf
     known = own.resultants if own is not None else None
@@ -177,16 +179,16 @@ def _carrying(
     # between zero, where it stands, and its own multiplier forces may be mixed; else they are asked for directly
     mixed = check and known is not None and 0.0 <= multiplier < top
     at = 0.0 if mixed else multiplier
-    at_zero = Loads(loads.dead + at * loads.live, np.zeros_like(loads.live))
-    base, falling = carry(make_problem(part, at_zero, live_required=False, **model))
+    all_dead = Loads(loads.dead + at * loads.live, np.zeros_like(loads.live))
+    base, falling = carry(make_problem(part, all_dead, live_required=False, **model))
     if base is None or known is None or not mixed:
         return base, falling
-    share = multiplier / top
+    share = multiplier / top  # of the forces at ``top``: with the rest of those at zero they balance the multiplier
     return _weighted_sum(part, [(1.0 - share, base), (share, known)]), None
 
 
 def _weighted_sum(assembly: Assembly, shares: list[tuple[float, Resultants]]) -> Resultants:
-    """Sum of joint forces by shares [-]; ``shares`` pairs each with its forces.
+    """Sum of joint forces times their shares [-], from pairs (share, forces).
 
     Forces at different points keep a share of the area as well: cohesion and strengths count per area.
     """

@@ -86,7 +86,8 @@ def settlement_analysis(
     reaction = found.reaction
     if reaction is None or not reaction.least < -zero:
         return found
-    # below zero it pulls: that is a structure which needs nothing only where it may also push
+    # R < 0: the support must pull at least. The structure stands without it only if zero lies between this and the
+    # greatest reaction, which is the least one against the opposite motion with its sign changed
     motion = _motion_of(direction)
     back = SupportMotion([-v for v in motion.translation], [-v for v in motion.rotation], motion.about)
     other, _ = least_reaction(assembly, support, back, loads, options)
@@ -107,16 +108,18 @@ def _motion_of(direction: str | SupportMotion) -> SupportMotion:
 def least_reaction(
     assembly: Assembly, support: Group, direction: str | SupportMotion, loads: Loads | None, options: dict[str, Any]
 ) -> tuple[Prediction, float]:
-    """Answer of :func:`settlement_analysis` by one program, and what is zero [N].
+    """Least reaction R of a support that gives way, by one program.
 
-    Below that a reaction counts as none.
-
-    ``stands_without`` is right only for a least reaction that is not below zero.
+    Its ``stands_without`` is right only where R is not below zero.
 
     Parameters
     ----------
     assembly, support, direction, loads : as for :func:`settlement_analysis`
     options : of :func:`limitmason.limit.limit_analysis`
+
+    Returns
+    -------
+    prediction, zero : the latter the size up to which a reaction counts as none [N]
     """
     named = f"along {direction}" if isinstance(direction, str) else "by the given motion"
     direction = _motion_of(direction)
@@ -142,8 +145,8 @@ def least_reaction(
     dead[moved] = 0.0  # the weight of the support itself is no concern of the structure
     free = ~guided.fixed
     total = float(np.linalg.norm(dead[free, :3], axis=1).sum())
-    unit, size = np.ones(6), float(np.ptp(assembly.centroids, axis=0).max())
-    unit[3:] = size
+    unit = np.ones(6)
+    unit[3:] = float(np.ptp(assembly.centroids, axis=0).max())
     seen = motion * unit  # turns as displacements at the size of the structure
     # the live load acts along d, with power ``total`` on it: R is minus its multiplier times ``total``
     live = np.zeros_like(dead)
@@ -177,7 +180,7 @@ def _with_reaction(prediction: Prediction, total: float) -> Prediction:
     reaction = Reaction()
     if np.isfinite(prediction.collapse_multiplier):
         least, c, ends = -prediction.collapse_multiplier * total, prediction.certificate, (math.nan, math.nan)
-        if c is not None:
+        if c is not None:  # the least reaction as the mechanism proves it, and as the forces do
             ends = float(-total * c.kinematic_multiplier), float(-total * c.static_multiplier)
         reaction = Reaction(least, *ends, stands_without=bool(least <= ZERO_REACTION * total))
     return replace(
@@ -188,9 +191,9 @@ def _with_reaction(prediction: Prediction, total: float) -> Prediction:
 
 
 def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, in_plane: bool) -> Array:
-    """Wrenches that still guide blocks which are freed along one motion, (k, b, 6).
+    """Unit wrenches that guide freed blocks and do no work on their motion, (k, b, 6).
 
-    Together they do no work on the motions ``seen``.
+    With these as free loads, blocks that are free in all ways can follow the motion ``seen`` only.
 
     Parameters
     ----------
@@ -201,7 +204,7 @@ def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, i
 
     Returns
     -------
-    Unit wrenches, moments over that size, normal to each other [-]; k is one less than there are freedoms in all.
+    Wrenches, moments over that size, normal to each other [-]; k is one less than the guided freedoms of the b blocks.
     """
     plane = find_plane(guided, loads) if in_plane else None
     basis = degrees_of_freedom(guided, plane)[0].T

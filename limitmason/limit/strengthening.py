@@ -168,7 +168,7 @@ def strengthen(
     fewest = None
     if target is not None and bound >= target:
         enough = partial(_enough, values, target)
-        # greedy steps may end below a target that all ties together reach: then begin from all of them
+        # greedy steps may end below a target that all ties together reach: then drop ties from all of them
         if not enough(chosen) and (other := _without_the_idle(enough, list(ties))) and len(other) <= most:
             chosen = other
         if enough(chosen):
@@ -216,12 +216,12 @@ def _enough(values: Callable[[Sequence[str]], tuple[float, ...]], target: float,
 
 
 def _without_the_idle(enough: Callable[[Sequence[str]], bool], names: list[str]) -> list[str]:
-    """Names of which none can be left out, where all are enough.
+    """Names left when each that is not needed for the target is dropped in turn.
 
     Parameters
     ----------
-    enough : whether a choice of names is
-    names : all of them, enough together
+    enough : whether a choice of names reaches the target
+    names : all of them, which reach it together
     """
     for name in list(names):
         if enough(rest := [n for n in names if n != name]):
@@ -236,21 +236,21 @@ class _SpentError(Exception):
 def _fewest(
     enough: Callable[[Sequence[str]], bool], chosen: list[str], names: list[str], most: int, known: Sized
 ) -> tuple[list[str], bool]:
-    """The smallest choice that is enough of those looked through, and if it is proven.
+    """Smallest choice of ties found that is enough, and whether none is smaller.
 
     Parameters
     ----------
-    enough : whether a choice is; more ties never make it less
-    chosen : one that is, in the order in which it was found
+    enough : whether a choice of names reaches the target; with more ties it still does
+    chosen : a choice that does, in the order in which it was found
     names : of all ties
     most : size of ``known`` at which to give up
     known : multipliers of all choices computed so far: its size counts the programs
     """
 
     def search(taken: list[str], rest: list[str], room: int) -> list[str] | None:
-        """Smallest set that is enough: with the first of the rest, or else without it.
+        """A set that is enough, ``taken`` and at most ``room`` of the ``rest``, or None.
 
-        ``room`` is how many more may be taken. Branches that fail with all of the rest are cut.
+        It is looked for with the first of the rest, then without it.
         """
         if len(known) >= most:
             raise _SpentError
@@ -271,7 +271,7 @@ def _fewest(
 
 
 def _better(new: tuple[float, ...], old: tuple[float, ...], least: float) -> bool:
-    """Whether the smallest multiplier that differs has grown.
+    """Whether, from the least upwards, the first multiplier that differs has grown.
 
     Parameters
     ----------

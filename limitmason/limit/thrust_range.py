@@ -140,15 +140,14 @@ def _joint(assembly: Assembly, name: str) -> int:
 
 
 def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, options: dict[str, Any]) -> Prediction:
-    """Answer with the greatest force against d through a cut, joints on plates.
+    """Prediction of the greatest force against d that passes through a cut of joints.
 
-    The plates have no weight.
-
-    The plate passes any wrench on to the block behind it; the sum of these along d is what is multiplied.
+    Every cut joint presses on a weightless plate in place of its second block. Free loads take any wrench from the
+    plate to that block. The live load is a unit force along d shared by all plates.
 
     Parameters
     ----------
-    joints : numbers of those that are cut
+    joints : numbers of the interfaces that are cut
     d : unit vector, shape (3,)
     loads : dead loads
     options : of the limit analysis
@@ -172,11 +171,9 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
     unit[3:] = float(np.ptp(assembly.centroids, axis=0).max())
 
     def pairs(wrenches: Array) -> Array:
-        """Loads on blocks and plates [N, N m], (..., n + m, 6), from scaled ``wrenches``.
+        """Loads on all blocks, then plates [N, N m], shape (..., n + m, 6).
 
-        They have shape (..., m, 6).
-
-        They act on the plates, and equal and opposite on the block behind each.
+        Scaled ``wrenches`` (..., m, 6) act on the plates, and equal and opposite on the block behind each.
         """
         out = np.zeros((*wrenches.shape[:-2], n + m, 6))
         for j, b in enumerate(behind):

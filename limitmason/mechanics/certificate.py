@@ -109,6 +109,7 @@ def kinematic_multiplier(
     given = bound_by(twists)
     size = max(float(np.abs(state.opening).max(initial=0.0)), float(np.abs(state.sliding).max(initial=0.0)), TINY)
     worst = violation_of(given.free_opening)
+    # a bound up to this is as close to the multiplier of the forces as a repair could make it
     near = prediction.collapse_multiplier + SETTLED * GAP * abs(prediction.collapse_multiplier)
     admissible = worst <= 0.0
     if admissible and (given.multiplier <= near or uncrushed.all()):
@@ -196,7 +197,7 @@ def _opening_fields(assembly: Assembly, label: Index) -> Iterator[Array]:
     label : part of every block, -1 for those at rest, see :func:`limitmason.mechanics.residuals.part_labels`
     """
     c, x, fixed = assembly.centroids, assembly.links, label < 0
-    # bounds of the joints with held blocks; of a part without any those of its blocks
+    # least and largest coordinates of each part's joints with held blocks, infinite so far; without any, of its blocks
     low, high = np.full((2, label.max() + 1, 3), np.inf) * np.array([1.0, -1.0])[:, None, None]
     at = np.flatnonzero(fixed[x.block_a] != fixed[x.block_b])  # these joints
     owner = label[np.where(fixed[x.block_a], x.block_b, x.block_a)[at]]  # and the parts that they hold
@@ -247,7 +248,7 @@ def certify(
     if pairs is not None:
         # the two ends of a section crush by their stress block, not by the strength of a point
         state = state._replace(law=state.law.without_crushing(pairs.ends))
-    rate = float((loads.live * twists).sum())
+    rate = float((loads.live * twists).sum())  # power of the live load [W]
     # power that the total load would have at the speed of the live load [W]: the measure of complementarity
     unit = max(abs(rate), TINY) * scale / max(live_size(assembly, loads), TINY)
     if not rate > 0.0:

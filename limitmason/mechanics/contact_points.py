@@ -286,7 +286,7 @@ def extents(x: AssemblyArrays, *directions: Array) -> Array:
 
 
 def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> Index:
-    """Points along and across every interface, as many as even ones within a spacing are, at least 2, shape (k, 2).
+    """Points both ways on every interface for a spacing, 2 at least, shape (k, 2).
 
     Parameters
     ----------
@@ -350,22 +350,23 @@ def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
     across = np.cross(axis, (0.0, 0.0, 1.0))
     # an upright unit: its thickness is taken along y, as in a wall in x-z
     across[np.linalg.norm(across, axis=1) <= _DIFFERS] = 0.0, 1.0, 0.0
-    # NaN without an axis, and nothing where both edges stand square to the thickness: such faces are not told
+    # NaN without an axis, and nothing where both edges stand square to the thickness: such faces stay undecided
     across_1, across_2 = (np.abs(np.einsum("ij,ij->i", e, across)) for e in (e1, e2))
-    told = np.fmax(across_1, across_2) > _DIFFERS
-    turn[told] = across_1[told] > across_2[told]
+    decided = np.fmax(across_1, across_2) > _DIFFERS
+    turn[decided] = across_1[decided] > across_2[decided]
     return np.where(turn[:, None, None], np.roll(corners, -1, axis=1), corners)
 
 
 def _squares_turned(assembly: Assembly, pair: Index, e1: Array, e2: Array) -> Flags:
     """Whether the first side of square faces is not the one along the unit, shape (m,).
 
-    Their sides differ by rounding only. The unit runs along the longer extent of its block, that of the first of a pair
-    first. Of cubes the thickness is taken along y, and where neither side runs so, the unit along x.
+    Their sides differ by rounding only. The unit runs along the side in which the first block extends farther. Where it
+    extends alike in both, the second block decides. Between two cubes the thickness is taken along y, and where neither
+    side runs so, the unit along x.
 
     Parameters
     ----------
-    pair : blocks, shape (m, 2)
+    pair : numbers of the two blocks of each face, the deciding one first, shape (m, 2)
     e1, e2 : unit vectors along the sides, shape (m, 3)
     """
     # by how much more the first side runs along y, and along x, than the second [-]

@@ -48,7 +48,8 @@ def default_stiffness(assembly: Assembly, dead: Array) -> float:
     # the foot: level joints with supports, without any all joints with supports, without these one joint of mean size
     at_support = assembly.held[x.block_a].any(axis=1) ^ assembly.held[x.block_b].any(axis=1)
     level = at_support & (np.abs(x.normal[:, 2]) > LEVEL)
-    area = x.area[level].sum() if level.any() else x.area[at_support].sum() if at_support.any() else x.area.mean()
+    foot = level if level.any() else at_support
+    area = x.area[foot].sum() if foot.any() else x.area.mean()
     size = float(np.median(np.cbrt(x.volume[free])))
     return load / area / (SETTLEMENT * size)
 

@@ -113,6 +113,14 @@ class Dissipation:
     assembly : the structure
     prediction : with forces at contact points and the contact model that they follow
     state : its points, see :func:`point_state`
+
+    Attributes
+    ----------
+    pairs : stress blocks of in-plane sections, None without
+    rigid : points that do not crush, shape (m,)
+    _faces : numbers of the faces that are integrated, shape (f,)
+    _start, _corners : their corners along both tangents from the centroid [m], from _start[k] on those of face k
+    _cohesion, _lumped : shear strength at the tension corner of these faces [Pa], and of every point on them [N]
     """
 
     def __init__(self, assembly: Assembly, prediction: Prediction, state: PointState) -> None:
@@ -180,7 +188,7 @@ class Dissipation:
         return total + self.spread(twists, sliding), total, g
 
     def spread(self, twists: Array, sliding: Array) -> float:
-        """Power of cohesion where it is, spread over its faces, less that at the contact points [W].
+        """Power of cohesion spread over faces, less that of cohesion lumped at points [W].
 
         The part that tension explains, N_t e_n, is left out: e_n is linear, and the points keep area and centroid.
 

@@ -168,6 +168,7 @@ def force_table(answer: Prediction, assembly: Assembly | None = None) -> ForceTa
         # shear without any strength has no share of it: a tensile joint beyond the apex of its cone
         used = float(shear[k] / strength[k]) if strength[k] > least else None if shear[k] > least else 0.0
         off = float(np.linalg.norm(joints.centre[k] - model.arrays.centre[k]))
+        # fx, fy, fz, normal, shear, x, y, z, eccentricity, strength_used
         row = (*map(float, joints.force[k]), float(along[k]), float(shear[k]), *map(float, joints.centre[k]), off, used)
         rows.append(("joint", name, *row))
     owner = np.asarray(r.point_interface, dtype=np.intp)

@@ -97,7 +97,7 @@ def at_joints(
             samples, weights = _face_points(assembly.interfaces[k].polygon)
             fit = fitted(points, rows, samples, weights)
         frame = np.stack([x.tangent_1[k], x.tangent_2[k], x.normal[k]])
-        for side, block in zip(out, (points.block_a[rows[0]], points.block_b[rows[0]]), strict=True):
+        for shifts, block in zip(out, (points.block_a[rows[0]], points.block_b[rows[0]]), strict=True):
             shape = shapes[int(block)]
             if shape is None:
                 continue
@@ -110,7 +110,7 @@ def at_joints(
                 # the rigid motion of the face, weighted by area, that stands for the shape
                 moved = face_motions(start, place, points.area[rows], frame @ u.transpose(0, 2, 1))
                 u = frame.T @ (motion_at(place) @ moved[0])
-            side[rows, :, : shape.count] = u
+            shifts[rows, :, : shape.count] = u
     return out
 
 
@@ -186,12 +186,12 @@ def fitted(points: ContactPoints, rows: Index, samples: Array, weights: Array) -
     tangents = points.directions[rows[0], 1:]
     # coordinates along the tangents over half the face's size, so that all powers are of one order
     size = float(np.abs((samples - centre) @ tangents.T).max())
-    at, over = ((x - centre) @ tangents.T / size for x in (points.position[rows], samples))
+    at_points, at_samples = ((x - centre) @ tangents.T / size for x in (points.position[rows], samples))
     area = points.area[rows]
     # the highest degree that the points integrate exactly
-    chosen = np.ones((len(rows), 1)), np.ones((len(samples), 1))
+    chosen = np.ones((len(rows), 1)), np.ones((len(samples), 1))  # monomials at the points, and at the samples
     for degree in range(1, _HIGHEST + 1):
-        here, there = _monomials(at, degree), _monomials(over, degree)
+        here, there = _monomials(at_points, degree), _monomials(at_samples, degree)
         if np.abs(area @ here - weights @ there).max() > _EXACT * weights.sum():
             break
         chosen = here, there

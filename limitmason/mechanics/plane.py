@@ -113,7 +113,7 @@ def _planes(assembly: Assembly, loads: Loads, driven: Array | None) -> Iterator[
         return
     free = ~assembly.fixed
     wrench = np.concatenate([loads.dead[free], loads.live[free]])
-    arms = np.concatenate([loads.dead_arms[free], loads.live_arms[free]])
+    arms = np.concatenate([loads.dead_arms[free], loads.live_arms[free]])  # sum of r f^T on every block [N m]
     size = max(np.abs(wrench[:, :3]).max(initial=0.0), 1e-300)
     ties = np.arange(len(active), len(assembly.links.area))  # links are the interfaces and, after them, the ties
     ties = ties[free[assembly.links.block_a[ties]] | free[assembly.links.block_b[ties]]]

@@ -114,10 +114,11 @@ def unbalance(assembly: Assembly, loads: Loads, resultants: Resultants, multipli
 
 
 def own_measures(assembly: Assembly, own: Array, largest: Array) -> Array:
-    """Measure of blocks by their own load, or by the joint forces on those without any to speak of, shape (n_blocks,).
+    """Force by which each block's residual is judged: its own load, or joint forces.
 
-    Of a weightless block the largest joint force on it, but not less than ``IDLE`` of the largest on the weightless
-    blocks that a chain of such blocks joins to it: a block that does nothing carries only rounding.
+    Shape (n_blocks,). Of a weightless block it is the largest joint force on it, but not less than ``IDLE`` of the
+    largest on the weightless blocks that a chain of such blocks joins to it: a block that does nothing carries only
+    rounding.
 
     Parameters
     ----------

@@ -55,14 +55,14 @@ def _shape_rows(
     Arguments are those of :func:`stiffness_matrix`.
     """
     c = points.components
-    on = at_joints(assembly, points, shapes, blocks)
+    shifts = at_joints(assembly, points, shapes, blocks)  # of every shape of blocks a and b at every point
     parts = []
     for i, shape in enumerate(shapes):
         if shape is None:
             continue
         rows = sparse.lil_array((shape.count, c * points.count))
         # a joint's force acts on block b, its reverse on block a
-        for u, side, sign in zip(on, (points.block_a, points.block_b), (-1.0, 1.0), strict=True):
+        for u, side, sign in zip(shifts, (points.block_a, points.block_b), (-1.0, 1.0), strict=True):
             at = np.flatnonzero(side == i)
             value = sign * (points.directions[at] @ u[at][:, :, : shape.count])  # (p, c, k)
             rows[:, (c * at[:, None] + np.arange(c)).ravel()] += value.reshape(-1, shape.count).T

@@ -43,7 +43,8 @@ class StressBlock(NamedTuple):
         ----------
         lift : free opening g of both ends, negative where they close [m/s], shape (j, 2)
         """
-        # the force that dissipates most, N', is 0 where both ends open and the whole capacity where both close
+        # N' = N1' + N2' that dissipates most: 0 where both ends open, the whole capacity where both close. The end that
+        # opens more then bears the least that it may, N'^2 / (2 Q)
         low, high = lift.min(axis=1), lift.max(axis=1)
         spread = np.maximum(high - low, 1e-300)
         n = self.capacity * (np.clip(-low, 0.0, spread) / spread)

@@ -38,6 +38,16 @@ class BlockCholesky:
     row_block : block of every row, ascending, shape (r,); blocks may have different numbers of rows
     position : place of every block [m], indexed by ``row_block``, shape (n_blocks, 3): the order follows it
 
+    Attributes
+    ----------
+    fronts : dense blocks of the factor with the unknowns of each, ``_store`` their numbers
+    shifts : fronts of the last factorisation that needed a larger diagonal
+    _order, _rank : rows of A in order of elimination, and the rank of every row in it, shape (r,)
+    _row_start : gathered rows _row_start[p] : _row_start[p + 1] are those of point p, shape (m + 1,)
+    _coefficient : entries of A in the gathered rows, shape (rows gathered, c)
+    _place : place of every gathered row in the front of its point
+    _front_points : points that every front assembles
+
     Notes
     -----
     Memory: ``fronts.size`` numbers for the factor and one front per level of the tree. A matrix that is singular to
@@ -121,12 +131,12 @@ class BlockCholesky:
         self._place[outside] = found - fronts.edge_start[f] + fronts.owned[f]
 
     def factorise(self, root: Array, *, shift: float = 0.0) -> None:
-        """Factorise M for the given C_p.
+        """Factorise M = sum_p (A_p C_p)(A_p C_p)^T, front by front into ``_store``.
 
         Parameters
         ----------
         root : C_p of every point, shape (m, c, c)
-        shift : added to the diagonal, in its own unit
+        shift : added to the diagonal of M, in the unit of its entries
 
         Raises
         ------
@@ -145,6 +155,7 @@ class BlockCholesky:
             return f11, f21, f22
 
         def pivoted(_: int, front: Front) -> Front:
+            """The front with its own unknowns eliminated."""
             return below_cholesky(self._dense_cholesky(front[0], shift), front)
 
         self.fronts.eliminate(self._store, assembled, pivoted)

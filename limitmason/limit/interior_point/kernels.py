@@ -119,8 +119,8 @@ def nesterov_todd(x: Array, s: Array) -> tuple[bool, Array, Array]:
 def scaled(axis: Array, size: Array, x: Array, inverse: bool) -> Array:
     """W x, or W^-1 x, at every point, with the scaling of Nesterov and Todd.
 
-    W = size (2 v v^T - J) written by the axis w = (w_0, w_1) of its image of e_0, J = diag(1, -1, ...):
-    W x = size (w . x, x_1 + (x_0 + w_1 . x_1 / (1 + w_0)) w_1). The inverse changes the sign of w_1.
+    With the axis (w_0, w_1) and x = (x_0, x_1), where w_1 and x_1 hold all components after the first,
+    W x = size (w . x, x_1 + (x_0 + w_1 . x_1 / (1 + w_0)) w_1). The inverse has -w_1 for w_1, and 1 / size.
 
     Parameters
     ----------
@@ -254,9 +254,9 @@ def inverse_step(x: Array, d: Array) -> float:
         dot = x[p, 0] * d[p, 0]
         for j in range(1, c):
             dot -= x[p, j] * d[p, j]
-        dot /= root
+        dot /= root  # rho_0 times root
         along = (dot + d[p, 0]) / (x[p, 0] / root + 1.0)
-        rest = 0.0
+        rest = 0.0  # |rho|^2 times root^2
         for j in range(1, c):
             rest += (d[p, j] - along * x[p, j] / root) ** 2
         worst = max(worst, (np.sqrt(rest) - dot) / root)

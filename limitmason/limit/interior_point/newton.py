@@ -69,12 +69,12 @@ class ConeProgram(NamedTuple):
 class Iterate(NamedTuple):
     """Primal x, multiplier, slack and dual y, s, z, or a direction in that space."""
 
-    x: Array  # (m, c)
-    multiplier: float
-    slack: Array  # (k,)
-    y: Array  # (r,)
-    s: Array  # (m, c)
-    z: Array  # (k,)
+    x: Array  # force of every point, (tan(phi) N + c A, T), within its cone |T| <= x_0, (m, c)
+    multiplier: float  # lambda [-]
+    slack: Array  # by how much a bounded x_p0 keeps its bound, (k,)
+    y: Array  # velocity of every equilibrium row, with live . y = -1, (r,)
+    s: Array  # rates of every point, within the dual cone; x . s is zero at the solution, (m, c)
+    z: Array  # rate at which every bound yields; slack z is zero at the solution, (k,)
 
     def moved(self, by: "Iterate", primal: float, dual: float) -> "Iterate":
         """This iterate after a step ``by`` of two lengths, ``primal`` and ``dual`` [-]."""
@@ -157,6 +157,14 @@ class NewtonSystem:
     ----------
     program : in standard form
     factor : symbolic factorisation of the program's matrix
+
+    Attributes
+    ----------
+    it : the iterate, from :meth:`scale`
+    _axis, _size : scaling W of every point, as of :func:`kernels.nesterov_todd`
+    _image : W x = W^-1 s, shape (m, c)
+    _root, _turn, _lever : H^-1 = root root^T, root^T W and root^T e_0, as of :func:`kernels.inverse_roots`
+    _live_solution, _live_square : M^-1 live, shape (r,), None until it is needed, and live . M^-1 live
     """
 
     def __init__(self, program: ConeProgram, factor: BlockCholesky) -> None:
@@ -168,7 +176,7 @@ class NewtonSystem:
         inside, self._axis, self._size = kernels.nesterov_todd(it.x, it.s)
         if not inside:
             return False
-        self._image = self._scaled(it.x)  # W x = W^-1 s, the place that both are scaled to
+        self._image = self._scaled(it.x)  # W x = W^-1 s
         self.it = it
         p = self.program
         # eliminated slack and multiplier of a bound act as a spring z / slack on the normal force
@@ -279,11 +287,10 @@ class NewtonSystem:
     def centred_products(
         self, wanted: tuple[Array, Array], d: Iterate, primal: float, dual: float, target: float
     ) -> tuple[Array, Array]:
-        """Products corrected at a trial point by what lies outside [0.1, 10] targets.
+        """Wanted products with Gondzio's centrality correction at a trial point.
 
-        The correction is Gondzio's.
-
-        It stretches the steps: pairs that are far from the others' mean hold every later step back.
+        Products there below 0.1 or above 10 times the target are moved to that end. Steps become longer: pairs that are
+        far from the others' mean hold every later step back.
 
         Parameters
         ----------
@@ -299,7 +306,7 @@ class NewtonSystem:
         trial = self.it.moved(d, primal, dual)
 
         def move(value: Array) -> Array:
-            """Change of products to the nearest end, downwards by at most the interval."""
+            """Change of products to the nearest end, at most ``WIDE`` targets downwards."""
             return np.maximum(np.clip(value, NARROW * target, WIDE * target) - value, -WIDE * target)
 
         value = cone_product(self._scaled(trial.x), self._scaled(trial.s, True))
@@ -313,11 +320,10 @@ class NewtonSystem:
         return cone, wanted[1] + move(trial.slack * trial.z)
 
     def carries_dead_load(self) -> bool:
-        """Whether forces at lambda = 0 nearest to this iterate obey the joint law.
+        """Whether forces near this iterate balance the dead load and obey the joint law.
 
-        Nearest is by its own metric; they are in equilibrium.
-
-        dx = H^-1 G^T M^-1 (right - G x): one solution with the factor at hand. True is a proof, False says nothing.
+        They are x + dx with the least dx^T H dx, so that dx = H^-1 G^T M^-1 (right - G x): one solution with the factor
+        at hand. True is a proof, False says nothing.
         """
         p, x = self.program, self.it.x
         for _ in range(2):  # the second removes the rounding of the first

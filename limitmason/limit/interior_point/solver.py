@@ -298,6 +298,7 @@ def _stands(program: ConeProgram, factor: BlockCholesky, first: Iterate) -> bool
 
     Parameters
     ----------
+    program, factor : whose live load is left out, and the symbolic factorisation of its matrix
     first : iterate of :func:`_first_iterate`
     """
     program = program._replace(live=np.zeros_like(program.live))
@@ -363,10 +364,11 @@ def _predict_and_correct(newton: NewtonSystem, rest: Residuals) -> tuple[Iterate
 
 
 def _no_solution(program: ConeProgram, it: Iterate) -> Status | None:
-    """Proof that no multiplier is the largest, or there is none: a ray (Farkas).
+    """Status that a ray of the iterate proves: unbounded, cannot stand, or None.
 
-    A ray counts as a proof where its residual is below ``RAY`` times its size. The iterate itself is the candidate:
-    where there is a ray, iterates grow along it until the loads are nothing beside them.
+    The first is a ray of forces, the second one of velocities (Farkas). A ray counts as a proof where its residual is
+    below ``RAY`` times its size. The iterate itself is the candidate: where there is a ray, iterates grow along it
+    until the loads are nothing beside them.
     """
     # forces that carry live load alone, within bounds whose levels are nothing beside them
     if it.multiplier > 0:
@@ -385,9 +387,10 @@ def _no_solution(program: ConeProgram, it: Iterate) -> Status | None:
 
 
 def _cleaned(program: ConeProgram, newton: NewtonSystem, it: Iterate) -> Iterate:
-    """Iterate with what is left of residuals removed, a side only within its cones.
+    """Iterate with what is left of residuals removed by full Newton steps.
 
-    ``newton`` is scaled and factorised at ``it``.
+    Forces, or velocities, are moved only where the full step stays within their cones. ``newton`` is scaled and
+    factorised at ``it``.
     """
     none = np.zeros_like(it.x), np.zeros_like(it.slack)
     for _ in range(CLEANINGS):

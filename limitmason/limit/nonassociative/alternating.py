@@ -51,7 +51,9 @@ def alternate(
     programs: ConePrograms, state: ForceState, *, theta: float = 0.0, steps: int = 60, tolerance: float = 1e-10,
     deadline: float = np.inf,
 ) -> ForceState | None:
-    """Alternate on theta lambda + gap, which never rises.
+    """Alternate programs of forces and of velocities on theta lambda + gap.
+
+    That sum never rises. Each program takes the other's last answer as fixed.
 
     Parameters
     ----------
@@ -83,15 +85,15 @@ def alternate(
             break
         velocity = dual.velocity
         found = ForceState(multiplier, force, velocity)
-        broken = violation(law, found)
-        off, last = broken.worst, merit
-        merit = theta * multiplier + broken.complementarity
+        violated = violation(law, found)
+        off, last = violated.worst, merit
+        merit = theta * multiplier + violated.complementarity  # the gap is the violation of complementarity
         history.append(off)
         if theta > 0 or off < least:
             best, least = found, off
         stalled = k > FIRST_ROUNDS and abs(history[-1] - history[-1 - LAST_ROUNDS]) < SETTLED * history[-1]
-        pushed = theta > 0 and merit > last - STALLED * max(1.0, abs(last))
-        if stalled or pushed or (theta == 0 and off < tolerance) or time.perf_counter() > deadline:
+        spent = theta > 0 and merit > last - STALLED * max(1.0, abs(last))  # the push lowers nothing more
+        if stalled or spent or (theta == 0 and off < tolerance) or time.perf_counter() > deadline:
             break
     return best
 
@@ -130,7 +132,10 @@ def lower(
     programs: ConePrograms, state: ForceState, *, thetas: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1, 0.3),
     steps: int = 25, tolerance: float = 1e-8, deadline: float = np.inf,
 ) -> ForceState:
-    """Push an exact state down: theta > 0, then theta = 0; keep what is lower.
+    """Lower the multiplier of an exact state by alternating cone programs.
+
+    A push with theta > 0 lowers it at the expense of the law, theta = 0 then leads back to the law. What is lower and
+    exact is kept.
 
     Parameters
     ----------

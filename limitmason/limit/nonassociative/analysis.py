@@ -150,8 +150,8 @@ def solve_nonassociative(
             "proof_seconds is given, but no proof is tried: prove=False, or not a plane problem of at most "
             f"{PROVEN_POINTS[named]} contact points without crushing; prove=True demands one in plane without crushing"
         )
-    everywhere = bool((problem.law.tan_psi >= problem.law.tan_phi - SAME_ANGLE).all())
-    law = None if everywhere else joint_law(problem)
+    associative = bool((problem.law.tan_psi >= problem.law.tan_phi - SAME_ANGLE).all())
+    law = None if associative else joint_law(problem)
     upper = solve_associative(problem, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose)
     provenance = dict(
         upper.provenance, flow_rule=str(FlowRule.NON_ASSOCIATIVE), seed=seed,
@@ -178,6 +178,7 @@ def solve_nonassociative(
         if status == Status.NOT_CONVERGED:
             return without_state(problem, upper, proof, details, provenance)
         return bound_alone(problem, upper, details, provenance, status)
+    # of no width until both of its ends are looked for
     details["interval_at_mechanism"] = (state.multiplier * problem.live_scale,) * 2
     if found.interrupted:
         status = Status.INTERRUPTED
@@ -199,10 +200,10 @@ def solve_nonassociative(
 def _state_of(
     problem: Problem, law: JointLaw, found: SearchOutcome, upper: Prediction
 ) -> tuple[ForceState | None, Status]:
-    """State of a search that is answered with, None without one, and the status.
+    """State that a search is answered with, or None, and the status of the answer.
 
-    The lowest exact state comes first, then one that nearly keeps the law. Of a search that was ended before it is the
-    nearest one, unless it lies above the associative bound, which no admissible state passes.
+    The lowest exact state is preferred, then one that nearly keeps the law. If the search was ended before it had
+    either, the state that violates the law least is taken, unless it lies above the associative bound.
 
     Parameters
     ----------
@@ -247,11 +248,10 @@ def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[T
 
 
 def radenkovic_lower(law: JointLaw, deadline: float = np.inf) -> float:
-    """Scaled associative multiplier of the law inside, |T| <= c' + tan(psi) N'.
+    """Radenkovic's lower bound: scaled associative multiplier for friction tan(psi).
 
-    It is NaN where nothing stands on that.
-
-    A program that runs ends at the ``deadline``.
+    The law |T| <= c' + tan(psi) N' lies inside the true one. It is NaN where no forces are within it. A program that
+    runs ends at the ``deadline``.
 
     Notes
     -----
@@ -265,11 +265,9 @@ def radenkovic_lower(law: JointLaw, deadline: float = np.inf) -> float:
 
 
 def _scaled_upper(problem: Problem, upper: Prediction) -> float:
-    """Scaled multiplier that no state passes [-], of the repaired mechanism.
+    """Scaled multiplier that no state passes [-], from the associative answer.
 
-    It is that of the associative answer ``upper``.
-
-    It is infinite where that has no certificate, or no bound.
+    It is proven by the mechanism of ``upper``, and infinite where there is no certificate or no bound.
     """
     c = upper.certificate
     value = c.kinematic_multiplier if c is not None else np.inf
@@ -280,7 +278,7 @@ def _around(
     problem: Problem, law: JointLaw, state: ForceState, accuracy: float, deadline: float, limits: Array | None, *,
     jump: bool,
 ) -> dict[str, Any]:
-    """What lies around the lowest state, for the details, as multipliers.
+    """Entries of the details: multipliers at the mechanism, and at a little dilatancy.
 
     Parameters
     ----------
@@ -303,9 +301,8 @@ def _at_small_dilatancy(
 ) -> float:
     """Smallest multiplier [-] of a short search with a little dilatancy, or NaN.
 
-    The dilatancy is put wherever there is none.
-
-    Where the multiplier itself is proven this one must be too: a search that ends high would feign a jump.
+    Joints without dilatancy get tan(psi) = ``SMALL_DILATANCY`` tan(phi). Where the multiplier itself is proven this one
+    must be too: a search that ends high would feign a jump.
 
     Parameters
     ----------

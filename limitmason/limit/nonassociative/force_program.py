@@ -42,6 +42,12 @@ class ForceProgram:
     closing : points held at N' = q, where joints crush or ties yield, shape (m,)
     tolerance : of the interior-point method [-]
     deadline : reading of ``time.perf_counter`` at which a program that is being solved ends, without an answer
+
+    Attributes
+    ----------
+    _objective, _bound : of the unknowns, shape (c m + 1,), and right-hand side of all rows; changed from solve to solve
+    _equations : number of the equilibrium rows, which come first
+    _cones : row at which those of |T| <= r + slope N' begin
     """
 
     def __init__(
@@ -55,12 +61,12 @@ class ForceProgram:
         none = np.zeros(m, dtype=bool)
         opening, sliding, closing = (none if x is None else x for x in (opening, sliding, closing))
         normal = c * np.arange(m)  # columns of N'; those of T follow each, the last of all is lambda
-        one = sparse.eye_array(n + 1, format="csr")  # a row per unknown
+        one = sparse.eye_array(n + 1, format="csr")  # row k picks unknown k
         # equations: equilibrium, then points that are held
         equal = [sparse.hstack([law.matrix, sparse.csc_array(law.live[:, None])]), one[normal[opening]],
                  one[normal[closing]]]
         right = [-law.dead, np.zeros(int(opening.sum())), law.crushing[closing]]
-        s = np.flatnonzero(sliding)
+        s = np.flatnonzero(sliding)  # numbers of the points held sliding
         # T_k + d_k tan(phi) N' = -d_k c', one row per tangent
         for k, along in enumerate(() if direction is None else direction[s].T):
             equal.append(one[normal[s] + 1 + k] + sparse.diags_array(along * law.tan_phi[s]) @ one[normal[s]])
@@ -115,9 +121,7 @@ class ForceProgram:
         return self._solver.solve()
 
     def solve(self, theta: float, weight: Array | None = None) -> tuple[float, Array] | None:
-        """Multiplier and forces that minimise theta lambda + weight . f, or None.
-
-        Forces are from the tension corner.
+        """Multiplier and forces f = (N', T) of least theta lambda + weight . f, or None.
 
         Parameters
         ----------
@@ -141,10 +145,9 @@ class ForceProgram:
     def largest(self, constant: Array) -> tuple[str, ForceState | None]:
         """Clarabel's status and the state of the largest lambda for r = ``constant``.
 
-        r is scaled [-], shape (m,).
-
-        The velocities are the duals and obey e_n >= slope |e_t|. There is no state where the live load has no power on
-        them, or where the solver leaves what is no number.
+        ``constant`` is of every point, scaled [-], shape (m,). The velocities are the duals, with e_n >= slope |e_t|.
+        There is no state where the live load has no power on them, or where the solver leaves numbers that are not
+        finite.
         """
         self._constant(constant)
         self._objective[-1] = -1.0

@@ -96,11 +96,9 @@ def joint_law(problem: Problem) -> JointLaw:
 
 
 def split(law: JointLaw, vector: Array) -> tuple[Array, Array, Array]:
-    """Normal parts (m,), tangential ones (m, c - 1), their size (m,), of a ``vector``.
+    """Normal parts (m,), tangential ones (m, c - 1), and their size (m,).
 
-    It has shape (c m,).
-
-    It holds forces or rates of all points.
+    ``vector`` holds forces or rates of all points, shape (c m,), normal component first.
     """
     x = vector.reshape(-1, law.components)
     tangential = x[:, 1:]

@@ -78,7 +78,8 @@ def _program(programs: PlanePrograms, low: float, high: float) -> tuple[Array, s
     live = sparse.csr_array(np.concatenate([law.live / law.live_size, np.zeros(g)])[None, :])
     rate = sparse.vstack([opening, plus, minus, live])
 
-    # row a, b of a Kronecker product with Y flattened by rows is a Y b
+    # row a, b of a Kronecker product with Y flattened by rows is a Y b: equations times every y are zero, inequalities
+    # on x times those on y are not negative
     equal = sparse.kron(balance, sparse.eye_array(ny))
     unity = sparse.kron(sparse.csr_array(one), live)
     products = sparse.kron(slack, rate, format="csr")

@@ -101,9 +101,10 @@ def make_model(
 
 
 def _maxima(model: highspy.Highs, rows: Array, *, smallest: bool = False) -> Array:
-    """Largest, or smallest, value of each of ``rows`` (k, n) over a polyhedron, (k,).
+    """Largest, or ``smallest``, values of linear forms within a model's limits, (k,).
 
-    A value is infinite where there is none. ``smallest`` asks for the smallest.
+    ``rows`` are their coefficients, shape (k, n). A value is infinite where nothing bounds it. The objective of the
+    ``model`` is changed.
     """
     count = rows.shape[1]
     index = np.arange(count, dtype=np.int32)
@@ -136,6 +137,12 @@ class BoundedProgram:
     low, high : scaled multipliers between which states are looked for
     velocity : largest size of every scaled velocity at mean live velocity one, shape (r,)
     force : normal force, in total loads, that is assumed where equilibrium gives no bound
+
+    Attributes
+    ----------
+    group, first : group of every point, (m,), and first point of every group, (g,), as of :func:`sliding_groups`
+    spread : 1 where a point belongs to a group, shape (m, g)
+    limits : largest forces, slacks and rates
     """
 
     def __init__(self, programs: PlanePrograms, low: float, high: float, velocity: Array, force: float) -> None:
@@ -230,7 +237,11 @@ class BoundedProgram:
         rows, row_low, row_high = [], [], []
 
         def add(low: Sequence[float] | Array, high: Sequence[float] | Array, **parts: Any) -> None:
-            """Append rows low <= sum of parts @ columns <= high; parts go by their columns."""
+            """Append rows low <= sum of coefficients times columns <= high.
+
+            ``parts`` holds the coefficients (rows, columns) by the name of their columns; others are zero.
+            """
+            # columns whose names in ``sizes`` are no names of Python, or a word of it
             names = {"z_plus": "z+", "z_minus": "z-", "plus": "slide+", "minus": "slide-", "lam": "lambda"}
             given = {names.get(k, k): v for k, v in parts.items()}
             count = len(low)
@@ -317,7 +328,7 @@ class BoundedProgram:
         -------
         Proof, with an exact state or none.
         """
-        model, at = self._model(largest)
+        model, at = self._model(largest)  # at: places of the unknowns among the columns, by name
         for option, value in (
             ("time_limit", float(time_limit)), ("mip_rel_gap", gap), ("mip_abs_gap", gap),
             ("mip_feasibility_tolerance", WHOLE), ("primal_feasibility_tolerance", FEASIBLE),

@@ -36,6 +36,7 @@ class Numbering(NamedTuple):
     def law(self, law: JointLaw) -> JointLaw:
         """The joint law in this order, rounded so that equal structures give equal arrays."""
         c = law.components
+        # rows in their order with their sign, points in theirs, and the tangents of each turned to those of its face
         column = (c * self.point[:, None] + np.arange(c)).ravel()
         matrix = sparse.diags_array(self.sign) @ law.matrix.tocsr()[self.row][:, column] @ self._blocks(c).T
         matrix = sparse.csc_array(matrix)
@@ -99,7 +100,7 @@ def numbering(problem: Problem, *, mirrored: bool = False) -> Numbering:
     size = float(np.ptp(x.corners, axis=0).max(initial=0.0)) or 1.0
     # ``lexsort`` takes the least important key first
     blocks = np.lexsort((_ranks(x.volume, CLOSE * size**3), *_keys(x.centroid @ axes.T, size)))
-    place = np.empty(len(blocks), dtype=np.intp)
+    place = np.empty(len(blocks), dtype=np.intp)  # of every block in the new order
     place[blocks] = np.arange(len(blocks))
     freedom = problem.row % len(row_sign)
     row = np.lexsort((freedom, place[problem.row // len(row_sign)]))

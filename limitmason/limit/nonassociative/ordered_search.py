@@ -146,7 +146,7 @@ def search_and_prove(
 def _in_order_of_geometry(
     problem: Problem, law: JointLaw, effort: Effort, *, deadline: float, **options: Any
 ) -> tuple[Ordered, SearchOutcome]:
-    """Search in an order free of numbering: law and outcome of the lower end.
+    """Search in an order read off the geometry, not from the numbers of blocks.
 
     A search is local, and a mirrored order of a symmetric wall ends elsewhere: where the effort asks for it both are
     searched, so that a plane wall and its mirror image give one value. In space the standard search is short where the
@@ -157,6 +157,10 @@ def _in_order_of_geometry(
     law : of the problem, in the order of its own rows
     deadline : reading of ``time.perf_counter`` at which it stops
     options : accuracy, seed, floor and progress of :func:`search_smallest`
+
+    Returns
+    -------
+    The law in the order whose search ended at the lower multiplier, and that outcome with the trials of both.
     """
     tried: list[tuple[Ordered, SearchOutcome]] = []
     standard = problem.plane is None and effort is EFFORTS["standard"]
@@ -191,7 +195,7 @@ def _in_order_of_geometry(
         # of two orders the first has half of the time; without a limit both have no end
         now = time.perf_counter()
         until = deadline if mirrored or not effort.mirrored else now + 0.5 * max(deadline - now, 0.0)
-        share = 0.5 if effort.mirrored else 1.0
+        share = 0.5 if effort.mirrored else 1.0  # of the progress that is shown
         reached(share * mirrored, "mirrored" if mirrored else "", share=share)
         with task("search"):
             found = search_smallest(ordered.law, start, effort=effort, deadline=until, known=known, **options)

@@ -49,13 +49,22 @@ class ForceAnswer(NamedTuple):
 
 
 class PlanePrograms:
-    """Linear programs over admissible forces and over admissible velocities."""
+    """Linear programs over admissible forces and over admissible velocities.
+
+    Attributes
+    ----------
+    law : of the plane problem, with n equilibrium rows and m points
+    m, n : these numbers
+    unit : load of a mean block, in scaled forces: the unit of forces in these programs
+    normal, tangent : columns of the equilibrium matrix of N' and of T, shape (n, m) each
+    balance, load : equilibrium, balance (N', T, lambda) = load, shapes (n, 2 m + 1) and (n,)
+    cone, cone_bound : |T| <= R as cone (N', T, lambda) <= cone_bound, shapes (2 m, 2 m + 1) and (2 m,)
+    """
 
     def __init__(self, law: JointLaw) -> None:
         """Rows of the programs of forces (N', T, lambda) and of velocities (v, z+, z-, k).
 
-        z+ and z- are the slip rates to either side of every point, k its rate of crushing. ``law`` is that of a plane
-        problem with n equilibrium rows and m points.
+        z+ and z- are the slip rates to either side of every point, k its rate of crushing.
         """
         if law.components != 2:
             raise InputError("the plane polish needs a problem reduced to the plane")
@@ -164,12 +173,13 @@ class PlanePrograms:
         return ForceAnswer(float(answer.x[-1]), force, gain)
 
     def velocities(self, *, weight: Array | None = None, zero: Flags | None = None) -> Array | None:
-        """Velocities at mean live velocity one of least sum(weight * rate).
+        """Velocities at mean live velocity one of least sum(weight * rate), or None.
 
-        Rates in ``zero`` are held at zero.
-
-        ``weight`` and ``zero`` have shape (4, m), rows as those of :meth:`rates`: opening beyond dilation, slip to
-        either side, crushing.
+        Parameters
+        ----------
+        weight : of every rate, shape (4, m), rows as those of :meth:`rates`: opening beyond dilation, slip to either
+            side, crushing; None for no weight
+        zero : rates held at zero, shape (4, m); None for none
         """
         # unknowns: velocities, then at every point slip either way and crushing; what it opens by is a row
         m, n, law = self.m, self.n, self.law
@@ -217,7 +227,8 @@ def polish(programs: PlanePrograms, state: ForceState, *, deadline: float = np.i
     for threshold in THRESHOLDS:
         if time.perf_counter() > deadline:
             return None
-        velocity = programs.velocities(weight=slack, zero=~((rate > threshold * slack) | (slack <= ACTIVE)))
+        may_move = (rate > threshold * slack) | (slack <= ACTIVE)
+        velocity = programs.velocities(weight=slack, zero=~may_move)
         if velocity is None:
             continue
         answer = programs.forces(theta=1.0, zero=programs.rates(velocity) > ACTIVE)
@@ -278,13 +289,16 @@ def descend(
     random: np.random.Generator | None = None,
     deadline: float = np.inf,
 ) -> ForceState:
-    """Lower an exact state: least lambda, then velocities where duals ask to open.
+    """Lower the multiplier of an exact state by linear programs in turn.
+
+    Each round takes velocities that open or slide where the duals of the last forces say that lambda would fall, then
+    the forces of least lambda that comply with these velocities.
 
     Parameters
     ----------
     state : exact, from :func:`polish`
-    rounds : at most so many pairs of linear programs; the search is local
-    tries : where it stalls, so many more velocities with weights disturbed by ``random``
+    rounds : pairs of linear programs at most; the search is local
+    tries : rounds with weights disturbed by ``random``, begun where lambda falls no further
     random : None for no disturbance, whatever ``tries``
     deadline : of ``time.perf_counter``
 
@@ -292,6 +306,7 @@ def descend(
     -------
     An exact state whose multiplier is not above that of ``state``.
     """
+    # forces of least lambda that comply with the velocities: a slack is zero where its rate is not
     answer = programs.forces(theta=1.0, zero=programs.rates(state.velocity) > ACTIVE)
     # the state's own forces comply with its velocities: a higher multiplier is a program gone wrong
     if answer is None or answer.multiplier > state.multiplier + LOWER:
@@ -322,6 +337,7 @@ def descend(
 
 def interval_in_plane(programs: PlanePrograms, state: ForceState) -> tuple[float, float]:
     """Smallest and largest scaled multiplier whose forces comply with a mechanism."""
+    # slacks that vanish, since their rates do not
     zero = programs.rates(state.velocity) > ACTIVE
     low, high = programs.forces(theta=1.0, zero=zero), programs.forces(theta=-1.0, zero=zero)
     own = state.multiplier

@@ -44,7 +44,7 @@ def without_state(
     Parameters
     ----------
     upper : the associative answer
-    proof : that there is no state, or none, or None where none was tried
+    proof : of the smallest multiplier, whose ``none`` says that there is no state; None where none was tried
     """
     reason = "no state that keeps the true law was found; the bracket in the details still holds"
     if proof is not None and proof.none:

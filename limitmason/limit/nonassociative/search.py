@@ -149,7 +149,9 @@ class Polisher:
         self.plane = PlanePrograms(law) if law.components == 2 else None
 
     def exact_near(self, state: ForceState, deadline: float = np.inf) -> ForceState | None:
-        """Exact state near a given one, in plane descended from it, or the nearest.
+        """Exact state near a given one, or the nearest that was found, or None.
+
+        In plane an exact state is then lowered further by :func:`descend`.
 
         Parameters
         ----------
@@ -251,6 +253,9 @@ class _Trials:
     nearest : the state that violates the law least
     least_violation : by how much that is [-]
     first_run : the first sequence of the scheme
+    trials : record of every trial so far; ``planned`` is their number without pushes of single candidates
+    polisher : makes the end of a sequence exact
+    random : generator of all random starts and disturbances
     """
 
     def __init__(

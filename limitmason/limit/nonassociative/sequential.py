@@ -21,10 +21,7 @@ TOLERANCE = 1e-10
 
 
 class SchemeSettings(NamedTuple):
-    """Settings: ``slope`` a and ``offset`` c0 open the frozen cone, ``mixing`` b.
-
-    ``mixing`` weighs new forces.
-    """
+    """Settings of the sequential scheme, a, b and c0 of :func:`run_sequence`."""
 
     slope: float = 0.005  # a, the frozen cone rises by tan(psi) - a tan(phi) [-]
     mixing: float = 0.6  # b, share of the new normal forces in the next step [-]
@@ -77,13 +74,13 @@ def run_sequence(
     multiplier does not mean that the true law holds, and the end depends on the start; always polish and check.
     """
     variant = variant or SchemeSettings()
-    total_steps, state, over = 0, None, np.inf
+    total_steps, state, exceeded = 0, None, np.inf
     for attempt in range(restarts + 1):
         # where psi = phi the true cone is associative already: nothing is frozen there
         slope = np.where(law.dilatant, law.tan_phi, law.tan_psi - variant.slope * law.tan_phi)
         program = ForceProgram(law, slope=slope, tolerance=TOLERANCE, deadline=deadline)
-        frozen = np.maximum(start, 0.0)
-        best, idle, failed = np.inf, 0, False
+        frozen = np.maximum(start, 0.0)  # N_k
+        best, idle, failed = np.inf, 0, False  # least excess over the true law, and steps since it fell
         for _ in range(max_steps):
             offset = (law.tan_phi - slope) * frozen + variant.offset * frozen.max(initial=0.0)
             status, answer = program.largest(law.cohesion + np.where(law.dilatant, 0.0, offset))
@@ -91,12 +88,12 @@ def run_sequence(
             if status not in USABLE or answer is None:
                 failed = True
                 break
-            state, over = answer, excess(law, answer.force)
+            state, exceeded = answer, excess(law, answer.force)
             normal = np.maximum(split(law, answer.force)[0], 0.0)
             change = np.abs(normal - frozen).max(initial=0.0) / law.total
             frozen = variant.mixing * normal + (1.0 - variant.mixing) * frozen
-            idle = 0 if over < PROGRESS * best else idle + 1
-            best = min(best, over)
+            idle = 0 if exceeded < PROGRESS * best else idle + 1
+            best = min(best, exceeded)
             if change < tolerance or idle >= patience or time.perf_counter() > deadline:
                 break
         if not failed or time.perf_counter() > deadline:
@@ -106,4 +103,4 @@ def run_sequence(
             variant = variant._replace(slope=0.5 * variant.slope)
         else:
             variant = variant._replace(offset=10.0 * variant.offset)
-    return SchemeRun(state, total_steps, float(over))
+    return SchemeRun(state, total_steps, float(exceeded))

@@ -53,7 +53,7 @@ class Extreme(NamedTuple):
 
     @property
     def value(self) -> float:
-        """Multiplier of the state, NaN without one; the bound if it moves too fast."""
+        """Multiplier of the state, NaN without one."""
         return float("nan") if self.state is None else self.state.multiplier
 
     @property
@@ -107,9 +107,10 @@ def prove_smallest(
     velocity_bound: float = 20.0, force_bound: float = 20.0, time_limit: float = 60.0, tolerance: float = 1e-5,
     widenings: int = 0, verbose: bool = False,
 ) -> Extreme:
-    """Radenkovic's bound, lifted program, mixed-integer program, until one meets.
+    """Prove the smallest multiplier: lower bounds in turn, until one meets a state.
 
-    What is to be met is the lowest state.
+    They are Radenkovic's, that of the lifted program, and that of mixed-integer programs, which may also find lower
+    states.
 
     Parameters
     ----------
@@ -120,7 +121,7 @@ def prove_smallest(
     velocity_bound, force_bound : see :func:`limitmason.limit.range.proven_range`
     time_limit : [s]
     tolerance : between state and bound to call it proven, relative to max(1, lambda) [-]
-    widenings : so often a velocity bound of which the state uses more than half is taken ten times as wide
+    widenings : times that the velocity bound is made ten times as wide at most, where the state uses more than half
     verbose : let the mixed-integer solver write its log
 
     Returns
@@ -143,6 +144,7 @@ def prove_smallest(
         if floor < lifted.value <= value + tolerance:
             floor, method = lifted.value, LIFTED
     within: _Within | None = None
+    # share: largest velocity of the best state over its bound; none: whether there is no state within the bounds
     share, nodes, none = _share(law, best, velocity_bound * limits), 0, False
     while not close(value, floor, tolerance) and left() > 0:
         while share > REACHED and widenings > 0:

@@ -39,13 +39,15 @@ def slopes_for(law: JointLaw, slopes: tuple[float, ...]) -> tuple[float, ...]:
 def random_start(
     law: JointLaw, forces: ForceProgram, good: Array, random: np.random.Generator, k: int
 ) -> tuple[str, Array | None]:
-    """Normal forces to start from: random, the best disturbed, their mean, any.
+    """Normal forces to start the sequential scheme from, of four kinds in turn.
+
+    They are random but admissible, those of the best state disturbed, the mean of both, or any random ones.
 
     Parameters
     ----------
     forces : program of the admissible forces
     good : normal forces N' of the best state so far, scaled, shape (m,)
-    k : number of the start
+    k : number of the start, which chooses the kind
 
     Returns
     -------
@@ -53,11 +55,11 @@ def random_start(
     normal : normal forces N', scaled, shape (m,), or None without any
     """
     m = len(good)
-    kind = k % 4
-    if kind == 1:
+    kind = ("admissible", "disturbed", "mean", "any")[k % 4]
+    if kind == "disturbed":
         noise = np.exp(NOISE * random.standard_normal(m))
         return "best disturbed", good * noise + UNLOADED_FORCE * good.max(initial=0.0) * random.random(m)
-    if kind == 3:
+    if kind == "any":
         return "random forces", RANDOM_FORCE * law.total / m * random.random(m)
     # least sum of randomly weighted normal forces, an end of the admissible set
     weight = np.zeros((m, law.components))
@@ -66,6 +68,6 @@ def random_start(
     if answer is None:
         return "random admissible forces", None
     normal = np.maximum(split(law, answer[1])[0], 0.0)
-    if kind == 0:
+    if kind == "admissible":
         return "random admissible forces", normal
     return "mean of best and random forces", 0.5 * (normal + good)

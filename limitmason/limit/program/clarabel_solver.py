@@ -159,11 +159,12 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     tolerance : of the solver [-]
     """
     start = time.perf_counter()
-    own = unit_loads(problem)
+    own = unit_loads(problem)  # load of every block, by which its unbalance is judged
     force = _pressure_alone(problem, own, tolerance)
     if force is not None:
-        return Carried(True, force, None, time.perf_counter() - start)
+        return Carried(stands=True, force=force, velocity=None, seconds=time.perf_counter() - start)
     r, n = problem.matrix.shape
+    # no objective: any admissible forces in equilibrium will do
     answer = clarabel.DefaultSolver(
         sparse.csc_matrix((n, n)), np.zeros(n), sparse.csc_matrix(sparse.vstack([problem.matrix, -cones.matrix])),
         np.concatenate([-problem.dead, cones.constant]), _kinds(r, cones), solver_settings(tolerance),
@@ -173,20 +174,18 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     if status in ("Solved", "AlmostSolved"):
         force = _without_rounding(problem, np.array(answer.x), own)
         holds = _balances(problem, force, problem.dead, own)
-        return Carried(True, force, None, seconds) if holds else Carried(None, None, None, seconds)
+        return Carried(True if holds else None, force if holds else None, velocity=None, seconds=seconds)
     if "PrimalInfeasible" not in status:
-        return Carried(None, None, None, seconds)
-    velocity = np.array(answer.z[:r])
-    return Carried(False, None, velocity, seconds)
+        return Carried(stands=None, force=None, velocity=None, seconds=seconds)
+    # the solver's proof that the rows cannot be met: duals of the equilibrium rows, the motion of the fall
+    return Carried(stands=False, force=None, velocity=np.array(answer.z[:r]), seconds=seconds)
 
 
 def _pressure_alone(problem: Problem, own: Array, tolerance: float) -> Array | None:
     """Normal forces of level joints that carry the dead load without shear, or None.
 
-    Scaled, shape (c m,).
-
-    They have the least sum of squares. Joints that crush are left out: where nothing crushes, any compression without
-    shear is within the joint law.
+    They are scaled contact forces, shape (c m,), zero elsewhere, and have the least sum of squares. Joints that crush
+    are left out: where nothing crushes, any compression without shear is within the joint law.
 
     Parameters
     ----------
@@ -203,6 +202,7 @@ def _pressure_alone(problem: Problem, own: Array, tolerance: float) -> Array | N
     part = problem.matrix[:, columns].tocsr()
     # rows that neither these forces nor a load act on say nothing
     loaded = np.flatnonzero((np.diff(part.indptr) > 0) | (problem.dead != 0))
+    # minimise |N|^2 / 2 subject to equilibrium and N >= 0
     answer = clarabel.DefaultSolver(
         sparse.csc_matrix(sparse.eye_array(k)), np.zeros(k),
         sparse.csc_matrix(sparse.vstack([part[loaded], -sparse.eye_array(k)])),
@@ -244,12 +244,11 @@ def _balances(problem: Problem, force: Array, load: Array, own: Array) -> bool:
 
 
 def in_balance(problem: Problem, force: Array, multiplier: float) -> Array:
-    """Contact forces that carry the load on every block, each changed very little.
+    """Contact forces changed as little as brings every block into equilibrium.
 
-    It is the least sum of squares of relative changes.
-
-    A solver leaves a block that is light beside what it passes on out of balance by rounding of the latter. Forces that
-    balance, and those that no change by 1e-6 of themselves balances, come back as they are.
+    A solver leaves a block that is light beside what it passes on out of balance by rounding of the latter. The sum of
+    squares of relative changes is the least. Forces that balance already come back as they are, and so do those that
+    would have to change by more than ``OWN_RESIDUAL`` of themselves.
 
     Parameters
     ----------

@@ -123,8 +123,7 @@ def make_cones(problem: Problem, *, torsion: TorsionLimit | None = None) -> Cone
 def _add_stress_blocks(problem: Problem, rows: _Rows) -> None:
     """Add cones of crushing sections: N_i' >= (N_1' + N_2')^2 / (2 Q) at both ends.
 
-    N_i' = N_i + t / 2.
-
+    N_i' = N_i + t / 2, with N_i the normal force of an end, t and Q the section's strength in tension and compression.
     ``rows`` are added to, three per cone and next to each other.
     """
     first, second = problem.stress_block.ends.T

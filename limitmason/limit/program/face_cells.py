@@ -115,7 +115,7 @@ def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> 
     Cells: the same object where the error is within ``allowed`` already.
     """
     faces = np.array(list(cells))
-    at, spin = face_slip(assembly, twists, faces)
+    at, spin = face_slip(assembly, twists, faces)  # slip at the centroid [m/s], (f, 2), and its turning [rad/s], (f,)
     cohesion = spread_cohesion(assembly)
     owner, polygons = [], []
     for number, k in enumerate(cells):
@@ -124,7 +124,7 @@ def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> 
     row = np.array(owner)  # number in ``faces`` of the face of every cell
     area, centre = (np.array(v) for v in zip(*(polygon_area_centroid(p) for p in polygons), strict=True))
     local = at[row] + spin[row, None] * np.column_stack([-centre[:, 1], centre[:, 0]])  # slip at centroids of cells
-    start = np.concatenate([[0], np.cumsum([len(p) for p in polygons])])
+    start = np.concatenate([[0], np.cumsum([len(p) for p in polygons])])  # first corner of every cell
     corners = np.concatenate([p - c for p, c in zip(polygons, centre, strict=True)])
     exact = slip_integrals(corners, start, local, spin[row])
     error = np.maximum(exact - area * np.linalg.norm(local, axis=1), 0.0) * cohesion[faces[row]]
@@ -141,7 +141,7 @@ def refined(assembly: Assembly, cells: Cells, twists: Array, allowed: float) -> 
             continue
         # centre of rotation; a cell with an error turns, so that spin is not zero
         pole = np.array([-at[row[q], 1], at[row[q], 0]]) / spin[row[q]]
-        # a whole turn of n wedges errs by (pi / n)^2 / 6 of its power: n follows from the part that may stay
+        # n wedges of a whole turn err by (pi / n)^2 / 6 of the power: n follows from the part of it that may stay
         kept = error[q] / pieces[q] ** 2 / max(exact[q] * cohesion[k], 1e-300)  # never divided by zero
         around = int(np.ceil(np.pi / np.sqrt(6.0 * kept)))
         out[k] += wedges(polygon, pole, int(pieces[q]), around)
@@ -156,7 +156,8 @@ def wedges(polygon: Array, pole: Array, count: int, around: int) -> list[Array]:
     Parameters
     ----------
     polygon, pole : [m], shapes (n, 2) and (2,); the polygon counter-clockwise
-    count, around : number of wedges where the pole lies far outside, and of a whole turn where it lies inside or near
+    count : wedges of the polygon, where the pole lies outside; more where ``around`` asks for it
+    around : wedges of a whole turn about the pole
 
     Returns
     -------

@@ -32,20 +32,20 @@ def without_rounding(assembly: Assembly, own: Array, interface: Index, force: Ar
     The forces, shape (m, c).
     """
     x, n = assembly.links, assembly.n_blocks
-    empty = ~assembly.fixed & (own == 0.0)
-    if not empty.any():
+    weightless = ~assembly.fixed & (own == 0.0)
+    if not weightless.any():
         return force
     a, b = x.block_a, x.block_b
-    both = empty[a] & empty[b]
+    both = weightless[a] & weightless[b]
     touching = coo_array((np.ones(both.sum()), (a[both], b[both])), shape=(n, n))
     _, group = connected_components(touching, directed=False)
     joint = np.bincount(interface, np.linalg.norm(force, axis=1), len(x.area))
     # per group of weightless blocks: largest force on it, and least load of the free blocks around it
     largest, least = np.zeros(n), np.full(n, np.inf)
     for one, other in ((a, b), (b, a)):
-        at = np.flatnonzero(empty[one])
+        at = np.flatnonzero(weightless[one])
         np.maximum.at(largest, group[one[at]], joint[at])
-        at = at[~empty[other[at]] & ~assembly.fixed[other[at]]]
+        at = at[~weightless[other[at]] & ~assembly.fixed[other[at]]]
         np.minimum.at(least, group[one[at]], own[other[at]])
-    idle = empty & (largest <= ROUNDING * least)[group]
+    idle = weightless & (largest <= ROUNDING * least)[group]
     return np.where((idle[a] | idle[b])[interface][:, None], 0.0, force)

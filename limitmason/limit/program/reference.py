@@ -45,6 +45,7 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
     sizes = np.array(cones.cone_sizes, dtype=int)
     # cvxpy takes all cones of one size at once, one in a column, which is much faster than one by one
     for size in np.unique(sizes):
+        # first row of every cone of this size
         first = start + np.concatenate([[0], np.cumsum(sizes)[:-1]])[sizes == size].astype(int)
         tail = vstack([slack[first + k] for k in range(1, size)])
         law.append(cp.SOC(slack[first], tail, axis=0))

@@ -35,31 +35,30 @@ def unit_loads(problem: Problem) -> Array:
 
 
 def own_loads(problem: Problem) -> Array:
-    """Dead load of blocks over ``force_scale`` [-], (n_blocks,), or their live load.
+    """Load of every block over ``force_scale`` [-], shape (n_blocks,), to scale it by.
 
-    It is the live one where no block has dead load.
-
-    Held blocks have zero. A block without load takes the largest of its neighbours', from block to block.
+    It is the dead load, or the live one where no block has dead load. Held blocks have zero. A free block without load
+    takes the largest of its neighbours', passed on from block to block.
     """
     block = row_blocks(problem)
     load = block_norms(problem, problem.dead if problem.dead.any() else problem.live)
     free = np.zeros(len(load), dtype=bool)
     free[block] = True
     a, b = problem.points.block_a, problem.points.block_b
-    empty = free & (load <= NO_LOAD * load.max(initial=0.0))
-    load[empty] = 0.0
-    while empty.any():
+    unloaded = free & (load <= NO_LOAD * load.max(initial=0.0))
+    load[unloaded] = 0.0
+    while unloaded.any():
         # one block farther in every round
         passed = load.copy()
-        np.maximum.at(passed, a, np.where(empty[a], load[b], 0.0))
-        np.maximum.at(passed, b, np.where(empty[b], load[a], 0.0))
-        reached = empty & (passed > 0)
+        np.maximum.at(passed, a, np.where(unloaded[a], load[b], 0.0))
+        np.maximum.at(passed, b, np.where(unloaded[b], load[a], 0.0))
+        reached = unloaded & (passed > 0)
         if not reached.any():
             # no chain of joints leads from a loaded block to these: any load serves, as nothing acts on them
-            load[empty] = load.max(initial=1.0)
+            load[unloaded] = load.max(initial=1.0)
             break
         load[reached] = passed[reached]
-        empty &= ~reached
+        unloaded &= ~reached
     return np.where(free, load, 0.0)
 
 
@@ -78,13 +77,13 @@ def balanced(problem: Problem) -> Problem:
     load = own_loads(problem)
     points = problem.points
     # forces of a point are in units of the load of the lighter of its two blocks
-    side = np.where(load > 0, load, np.inf)
-    lighter = np.minimum(side[points.block_a], side[points.block_b])
+    free_load = np.where(load > 0, load, np.inf)  # a held block is never the lighter one
+    lighter = np.minimum(free_load[points.block_a], free_load[points.block_b])
     row = load[row_blocks(problem)]
     columns = np.repeat(lighter, problem.components)
     matrix = sparse.diags_array(1.0 / row) @ problem.matrix.tocsr() @ sparse.diags_array(columns)
     # largest live load of a block over its own load; one without any live load, where there is nothing to scale
-    most = float((block_norms(problem, problem.live) / np.where(load > 0, load, np.inf)).max(initial=0.0)) or 1.0
+    most = float((block_norms(problem, problem.live) / free_load).max(initial=0.0)) or 1.0
     return problem._replace(
         matrix=sparse.csc_array(matrix), dead=problem.dead / row, live=problem.live / row / most,
         free=problem.free / row / most,

@@ -159,7 +159,11 @@ class Problem(NamedTuple):
         """
         none = self.resultants(np.zeros((self.points.count, 3)))
         motion = Mechanism(twists, np.zeros(0), np.zeros((0, 2)))
-        trial = Prediction("", np.nan, Bound(BoundKind.NONE), Status.SOLVED, motion, none, **self.contact_facts)
+        # only its motion and the places of its contact points are read
+        trial = Prediction(
+            method="", collapse_multiplier=np.nan, bound=Bound(BoundKind.NONE), status=Status.SOLVED, mechanism=motion,
+            resultants=none, **self.contact_facts,
+        )
         return kinematic_multiplier(self.assembly, loads, trial, candidates=candidates)
 
 
@@ -247,9 +251,9 @@ def make_problem(
 def _checked_plane(
     assembly: Assembly, loads: Loads, cases: Array, in_plane: bool | None, *, live_required: bool
 ) -> Plane | None:
-    """The plane that a problem reduces to, None in space; no problem is refused.
+    """The plane that a problem reduces to, or None in space.
 
-    Arguments are those of :func:`make_problem`.
+    Input without a problem to solve raises an InputError. Arguments are those of :func:`make_problem`.
     """
     if len(loads.dead) != assembly.n_blocks:
         raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")

@@ -178,7 +178,7 @@ def proven_range(
     if law.dilatant.all():  # psi = phi everywhere: the associative multiplier is the only one
         value = upper.collapse_multiplier
         state = ForceState(value, np.zeros(0), np.zeros(0))
-        ends = dict.fromkeys(which, Extreme(state, value, True, ASSOCIATIVE))
+        ends = dict.fromkeys(which, Extreme(state, value, proven=True, method=ASSOCIATIVE))
         low, high = (value if name in which else float("nan") for name in ENDS)
         return bounded(smallest=low, largest=high, ends=ends, associative=value, seconds=time.perf_counter() - began)
 
@@ -207,7 +207,7 @@ def proven_range(
         reached(number / len(which), f"the {name} multiplier, at most {time_limit:g} s")
         if lowest is not None and name == "smallest":
             end = lowest
-            since -= lowest.seconds
+            since -= lowest.seconds  # it was proven above
         else:
             limits = velocity_limits(problem, velocity_bound)
             end = _largest(programs, found, top, limits, force_bound, time_limit, tolerance)
@@ -251,8 +251,8 @@ def _largest(
 ) -> Extreme:
     """Largest admissible scaled multiplier: state, bound above, whether they agree.
 
-    Where the forces that go with the mechanism found carry the associative multiplier, that is it. Else the
-    mixed-integer program looks for more.
+    If forces that comply with the mechanism found reach the associative multiplier, no larger one exists. Else the
+    mixed-integer program looks for one.
 
     Parameters
     ----------
@@ -264,10 +264,11 @@ def _largest(
     time_limit : of the mixed-integer program [s]
     tolerance : difference of two multipliers that counts as none, relative to max(1, lambda) [-]
     """
+    # theta = -1 asks for the largest multiplier; slacks of pairs whose rate is used are zero: these forces comply
     answer = programs.forces(theta=-1.0, zero=programs.rates(found.velocity) > ACTIVE)
     best = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity)
     if close(best.multiplier, top, tolerance):
-        return Extreme(best, top, True, ASSOCIATIVE)
+        return Extreme(best, top, proven=True, method=ASSOCIATIVE)
     began, share = time.perf_counter(), float(np.max(np.abs(best.velocity) / limits))
     program = BoundedProgram(programs, best.multiplier - MARGIN, top + MARGIN, limits, force)
     left = max(time_limit - (time.perf_counter() - began), LEAST_SECONDS)
@@ -279,10 +280,10 @@ def _largest(
     within: dict[str, Any] = {"velocity_bounded": True, "force_bounded": proof.forces_assumed, "nodes": proof.nodes}
     if proof.infeasible and share > 1.0:
         # the state found moves faster than the bound, and no slower one lies above it
-        return Extreme(best, value, True, MIXED_INTEGER, velocity_share=share, **within)
+        return Extreme(best, value, proven=True, method=MIXED_INTEGER, velocity_share=share, **within)
     # the solver contradicts a certified state: what it says counts for nothing
     contradicted = proof.infeasible or (proof.bound < value - tolerance * max(1.0, value) and share <= 1.0)
     met = close(value, proof.bound, tolerance)
     if contradicted or (proof.bound >= top - tolerance and not met):
-        return Extreme(best, top, False, ASSOCIATIVE, nodes=proof.nodes)
-    return Extreme(best, proof.bound, met, MIXED_INTEGER, velocity_share=proof.velocity_share, **within)
+        return Extreme(best, top, proven=False, method=ASSOCIATIVE, nodes=proof.nodes)
+    return Extreme(best, proof.bound, proven=met, method=MIXED_INTEGER, velocity_share=proof.velocity_share, **within)
