@@ -5,6 +5,7 @@ source does not give (authors, volume, DOI) is left out, never filled in.
 """
 
 import json
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, fields
 from functools import cache
@@ -97,7 +98,7 @@ class Reference:
         rows = {
             "author": authors, "title": "{" + self.title + "}", "year": str(self.year or ""),
             _HOUSE[self.kind]: self.published_in, "volume": self.volume, "number": self.number,
-            "pages": self.pages.replace("-", "--"),
+            "pages": re.sub("[-–]+", "--", self.pages),
         }
         given = [f"  {name} = {{{_escaped(text)}}}" for name, text in rows.items() if text]
         # addresses are read as they stand, without escapes

@@ -226,7 +226,7 @@ def pushover(
     if not nodes:
         return _falls(generations, warnings)
     if settles:
-        return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + too_stiff, unit=1.0)
+        return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + too_stiff, unit=None)
     if to is not None and finite("to [m]", to) == 0.0:
         raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
@@ -239,7 +239,7 @@ def pushover(
     if moving is not None:
         return certified_curve(generations, nodes, origin, status, warnings, unit=ratio)
     _, toward = senses(begins, end, ratio)
-    return certified_curve(generations, nodes, origin, status, warnings, unit=1.0, toward=toward)
+    return certified_curve(generations, nodes, origin, status, warnings, unit=None, toward=toward)
 
 
 whole_pushover = handed_on()(pushover)

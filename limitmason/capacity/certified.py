@@ -41,7 +41,7 @@ def certified_curve(
     origin: Pose,
     status: PathEnd,
     warnings: list[str],
-    unit: float,
+    unit: float | None,
     toward: float = 1.0,
 ) -> PushoverCurve:
     """The curve of a path with a certificate per step.
@@ -53,7 +53,7 @@ def certified_curve(
     warnings : what is known so far; more is added
     generations : contacts and equations of every part of the path
     nodes : its states, in their order
-    unit : load of multiplier 1, 1.0 where the curve is in multipliers, else [N]
+    unit : load of multiplier 1 [N]; None where the curve is in multipliers
     toward : sign of the load in the sense in which it is pushed
     """
     first = nodes[0]
@@ -95,9 +95,10 @@ def certified_curve(
     events = [Event("jump", k) for k in jumps]
     events += [Event("joint breaks", b.sample, b.joints[0], b.energy) for b in breaks]
     events += [Event("contacts found anew", k) for k in renewed]
+    scale, named = (1.0, "-") if unit is None else (unit, "N")
     curve = PushoverCurve(
         np.array([n.control for n in nodes]) - generations.systems[0].controlled(origin),
-        unit * np.array([n.multiplier for n in nodes]), load_unit="-" if unit == 1.0 else "N", unit=unit,
+        scale * np.array([n.multiplier for n in nodes]), load_unit=named, unit=scale,
         label="pushover", events=tuple(events),
         errors={"energy": np.array([c.energy for c in certificates])}, states=tuple(state(n) for n in nodes),
         status=status, warnings=tuple(warnings), source="limitmason", generations=generations, nodes=tuple(nodes),

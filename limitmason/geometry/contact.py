@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import positive
 from limitmason.errors import InputError
+from limitmason.geometry.closed_part import closed_centres, closed_part
 from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs
 from limitmason.geometry.merged_patches import ContactPatch, merged
 from limitmason.geometry.penetration import near_pairs, penetrations
@@ -26,6 +27,9 @@ NEAR = 0.02
 
 _CORNERS_ALIKE = 1e-3
 """Part of the distance that counts as contact within which corners lie on one line [-]: chosen."""
+
+_SAME_PLANE = 1e-3
+"""Distance of two parallel common areas up to which they lie in one plane, over their width [-]: chosen."""
 
 _LEAST_WIDTH = 0.01
 """Part of the least width of a contact below which an overlap of two faces is not looked at at all [-]: chosen."""
@@ -273,48 +277,6 @@ def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, li
     return out
 
 
-def closed_part(polygon: Array, gap: Array, limit: float) -> Array:
-    """Part of a convex polygon in which a gap stays within a limit [m], shape (k, 3).
-
-    The polygon has corners [m], shape (n, 3), at which ``gap`` is given [m], shape (n,); between them it is linear.
-    """
-    out = []
-    for i in range(len(polygon)):
-        j = (i + 1) % len(polygon)
-        if gap[i] <= limit:
-            out.append(polygon[i])
-        # the gap passes the limit inside the side
-        if (gap[i] < limit) != (gap[j] < limit) and gap[i] != limit and gap[j] != limit:
-            out.append(polygon[i] + (limit - gap[i]) / (gap[j] - gap[i]) * (polygon[j] - polygon[i]))
-    corners = np.array(out).reshape(-1, 3)
-    if len(corners) < 3:
-        return corners
-    step = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
-    return corners[step > 1e-9 * step.sum()]  # without corners that are one but for rounding
-
-
-def closed_centres(pairs: FacingPairs, rows: Index) -> Array:
-    """Centroid of that half of the common area where the gap is smaller [m], (r, 3).
-
-    What fills the mouth of a wedge need not reach its edge, so the open half tells less.
-
-    Parameters
-    ----------
-    pairs : of faces
-    rows : numbers of those that are looked at
-    """
-    out = np.empty((len(rows), 3))
-    for row, k in enumerate(rows.tolist()):
-        n = pairs.corners_of[k]
-        polygon, gap = pairs.points[k, :n], pairs.gap[k, :n]
-        low, high = float(gap.min()), float(gap.max())
-        if high - low > 1e-6 * (abs(high) + abs(low)):  # else the faces are parallel: no half is closed
-            half = closed_part(polygon, gap, 0.5 * (low + high))
-            polygon = half if len(half) > 2 else polygon
-        out[row] = centroid_in_space(polygon)
-    return out
-
-
 def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: Index) -> Flags:
     """Whether the solid of a third owner holds each point, shape (m,).
 
@@ -341,6 +303,8 @@ def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: In
 def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None = None) -> list[DoubtfulContact]:
     """Near misses and contacts by rule, one entry for all pieces of a pair of faces.
 
+    Pieces of one pair of faces have one normal, one angle and one plane between them.
+
     Parameters
     ----------
     found : pairs of faces that may be contacts
@@ -349,7 +313,7 @@ def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None =
     made : kind to give to plain contacts; None leaves them out
     """
     kinds = _KINDS if made is None else {**_KINDS, MADE: made}
-    # pieces of one pair of faces have one normal and angle but for rounding; + 0.0 makes -0.0 and 0.0 one
+    # one normal and angle but for rounding; + 0.0 makes -0.0 and 0.0 one
     groups: dict[tuple, list[int]] = {}
     normal = np.round(found.pairs.normal, 6) + 0.0
     angle = np.round(found.pairs.angle_deg, 4)
@@ -357,16 +321,26 @@ def doubts_of(found: Candidates, code: Index, rows: Index, *, made: str | None =
         key = (int(found.a[k]), int(found.b[k]), int(code[k]), *normal[k].tolist(), float(angle[k]))
         groups.setdefault(key, []).append(k)
     out = []
-    for (a, b, kind, *_), members in groups.items():
-        pairs = found.pairs.rows(np.array(members))
-        polygons = [p[:n] for p, n in zip(pairs.points, pairs.corners_of, strict=True)]
-        place = (pairs.area / pairs.area.sum()) @ np.array([centroid_in_space(p) for p in polygons])
-        out.append(DoubtfulContact(
-            a=a, b=b, kind=kinds[kind], gap=(float(pairs.gap.min()), float(pairs.gap.max())),
-            angle_deg=float(pairs.angle_deg.max()), area=float(pairs.area.sum()), width=float(pairs.width.max()),
-            place=place, normal=pairs.normal[0], polygons=polygons,
-        ))
+    for (a, b, kind, *_), parallel in groups.items():
+        for members in _by_plane(found, np.array(parallel)):
+            pairs = found.pairs.rows(members)
+            polygons = [p[:n] for p, n in zip(pairs.points, pairs.corners_of, strict=True)]
+            place = (pairs.area / pairs.area.sum()) @ np.array([centroid_in_space(p) for p in polygons])
+            out.append(DoubtfulContact(
+                a=a, b=b, kind=kinds[kind], gap=(float(pairs.gap.min()), float(pairs.gap.max())),
+                angle_deg=float(pairs.angle_deg.max()), area=float(pairs.area.sum()), width=float(pairs.width.max()),
+                place=place, normal=pairs.normal[0], polygons=polygons,
+            ))
     return sorted(out, key=lambda d: (d.a, d.b))
+
+
+def _by_plane(found: Candidates, rows: Index) -> list[Index]:
+    """Rows of parallel pairs of faces in groups, each in one plane, as the steps of two stepped blocks are not."""
+    # the common area lies half-way between both faces, in the plane across their mean normal
+    level = np.einsum("mi,mi->m", found.pairs.normal[rows], found.pairs.points[rows, 0])
+    order = np.argsort(level, kind="stable")
+    apart = np.diff(level[order]) > _SAME_PLANE * found.pairs.width[rows].max()
+    return [np.sort(group) for group in np.split(rows[order], np.flatnonzero(apart) + 1)]
 
 
 def _merge_patches(

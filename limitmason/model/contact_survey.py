@@ -10,6 +10,7 @@ from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.geometry import contact
+from limitmason.geometry.closed_part import closed_centres
 from limitmason.geometry.contact import Candidates, ContactRules, DoubtfulContact
 from limitmason.geometry.facing import all_faces
 from limitmason.geometry.penetration import near_pairs, penetrations, touching_edges
@@ -149,7 +150,7 @@ def _filled(found: Candidates, rows: Index, pieces: BlockPieces) -> Flags:
     ``rows`` are numbers of the candidates that are asked for.
     """
     return contact.filled(
-        contact.closed_centres(found.pairs, rows), found.a[rows], found.b[rows], pieces.solids, pieces.owner
+        closed_centres(found.pairs, rows), found.a[rows], found.b[rows], pieces.solids, pieces.owner
     )
 
 

@@ -63,6 +63,11 @@ def test_bibtex_can_be_read(reference):
             assert fields[name].count(special) == fields[name].count("\\" + special)
 
 
+@pytest.mark.parametrize("pages", ["12-20", "12--20", "12–20"])
+def test_a_range_of_pages_has_one_dash_of_tex(pages):
+    assert "pages = {12--20}" in Reference("key", "article", "Title", pages=pages).bibtex
+
+
 def test_an_answer_names_the_solver_that_ran_and_the_data_it_was_built_from():
     test = experiments.load("ferris-tin-loi-2001", "wall-1")
     wall, loads = test.assembly(), test.loads()

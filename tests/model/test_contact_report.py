@@ -251,6 +251,17 @@ def test_faces_cut_into_triangles_give_one_near_miss():
     assert miss.gap == pytest.approx((0.002, 0.002))
 
 
+def test_steps_of_two_blocks_are_near_misses_of_their_own():
+    low = [[0, 0], [2, 0], [2, 1.3], [1, 1.3], [1, 1], [0, 1]]
+    high = [[0, 1.002], [0.99, 1.002], [0.99, 1.302], [2, 1.302], [2, 2], [0, 2]]
+    with pytest.warns(lm.ContactWarning):
+        assembly = lm.Assembly.from_polygons([low, high], thickness=0.5, joint=JOINT, fixed=[0, 1])
+    misses = sorted((m for m in assembly.contact_report().near_misses if m.kind == "apart"), key=lambda m: m.place[2])
+    steps = [m for m in misses if m.gap == pytest.approx((0.002, 0.002))]
+    assert [m.place[2] for m in steps] == pytest.approx([1.001, 1.301])
+    assert [m.area for m in steps] == pytest.approx([0.5 * 0.99, 0.5])
+
+
 def test_blocks_that_float_or_overlap_can_still_be_reported():
     pier = [[0, 0.005], [1, 0.005], [1, 2], [0, 2]]
     ground = [[-1, -1], [2, -1], [2, 0], [-1, 0]]
