@@ -1,8 +1,6 @@
 """Settings of the DEM: of a search for the collapse multiplier, and of a structure that is driven.
 
-Defaults of damping stand where it is used: ``dem.multiplier.collapse``, ``dem.driving.block_structure``,
-``dem.stages.stage_run`` and ``dem.model.unbalance``.
-Its coefficients and their ranges: ``limitmason.model.stages.Damping``.
+Default damping is in ``dem.default_damping``.
 """
 
 from __future__ import annotations

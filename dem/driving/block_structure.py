@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from dem.default_damping import PUSHING
 from dem.driving.own_weight import settled
 from dem.driving.pace import LEAST_STEPS, slowest_period, softest_note
 from dem.driving.push_curve import PushCurve
@@ -29,7 +30,7 @@ from limitmason.mechanics.contact_points import FEW_POINTS, extents, on_few_poin
 from limitmason.mechanics.lumped_units import with_lumped_units
 from limitmason.mechanics.plane import Plane, find_plane, two_planes
 from limitmason.model import Assembly, Loads
-from limitmason.model.stages import Damping, Drive, Hold, Settle, Stage
+from limitmason.model.stages import Drive, Hold, Settle, Stage
 
 GENTLE, GENTLER = 0.02, 4
 """Part of the path over which the drive starts so many times more slowly [-], as a jump of speed shakes the blocks."""
@@ -38,9 +39,6 @@ AT_REST = 1e-5
 """Unbalance up to which own weight rests before a drive, over a block's own load [-]; chosen."""
 
 _ALONG = 1e-12  # of 1: a normal whose largest component is as near lies along a global axis, but for rounding
-
-BRAKE = Damping(local=0.5, combined=True)
-"""Damping of a driven run; local damping alone drags on what slides: 5 % of a plastic wall's load, 20 % of peaks."""
 
 
 class BlockStructure(DrivenStructure):
@@ -153,7 +151,7 @@ class BlockStructure(DrivenStructure):
             return taken_up(History.load(file, self.assembly), stages)
         return prepared(
             self.assembly, stages, start=replace(self.at_rest, same=dict(same)),
-            sample=max(steps // chosen.samples, 1), damping=chosen.damping or BRAKE, detect_every=chosen.detect_every,
+            sample=max(steps // chosen.samples, 1), damping=chosen.damping or PUSHING, detect_every=chosen.detect_every,
         )
 
     def steps_of(self, run: StageRun) -> tuple[float, float]:

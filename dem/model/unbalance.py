@@ -13,13 +13,6 @@ from dem.model.state import State
 from limitmason.arrays import Array, Flags
 from limitmason.constants import GRAVITY
 from limitmason.model import Assembly
-from limitmason.model.stages import Damping
-
-SETTLING = Damping(local=0.8)
-"""Damping while a structure comes to rest: it takes no part of an answer at rest, and sets how soon that is reached.
-
-Nothing moves on while it settles: as much as is still stable brings it to rest soonest.
-"""
 
 CALM = 1e-2
 """Kinetic over elastic energy up to which motion is steady, and combined damping acts where it is asked for [-].

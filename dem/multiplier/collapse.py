@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from dem.contact.near import SMALL, farthest, near_margin
+from dem.default_damping import SEARCHING
 from dem.model.joint_marks import bond_yielded
 from dem.model.joints import chosen_points, losses
 from dem.model.pieces import reaches
@@ -24,7 +25,6 @@ from limitmason.mechanics.certificate import certify
 from limitmason.mechanics.model_notes import adds_model_notes
 from limitmason.model import Assembly, Loads
 from limitmason.model.model_call import of_model
-from limitmason.model.stages import Damping
 
 MOVED, WIDEST = 0.02, 0.3
 """Displacement that counts as collapse, at first and for soft joints, over the smallest block dimension [-]."""
@@ -37,7 +37,6 @@ PLASTIC = 0.1
 
 FIRST_INCREMENT = 0.05  # of the multiplier at which live equals dead load [-]; chosen
 
-LOADING = Damping(local=0.4, kinetic=True)  # chosen, not derived
 
 
 @of_model
@@ -95,7 +94,7 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
     controls = Controls(
         tolerance=chosen.tolerance, max_steps=chosen.max_steps,
         moved_limit=MOVED if chosen.moved_limit is None else chosen.moved_limit, equilibrium=chosen.equilibrium,
-        damping=chosen.damping or LOADING, unit=unit,
+        damping=chosen.damping or SEARCHING, unit=unit,
         first=FIRST_INCREMENT * unit if chosen.first_increment is None else chosen.first_increment,
         progress=chosen.progress, edges=chosen.contacts == EDGES,
     )

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from dem.default_damping import SETTLING
 from dem.model.rest_or_collapse import EQUILIBRIUM, MOVING, UNDECIDED, LoadOnset, LoadVerdict, hold
 from dem.model.state import State
-from dem.model.unbalance import EVENLY, SETTLING, SLID, Scale, slid_and_moved
+from dem.model.unbalance import EVENLY, SLID, Scale, slid_and_moved
 from limitmason.answers.results import Mechanism, Status
 from limitmason.arrays import Array
 from limitmason.display.progress import reached, watched

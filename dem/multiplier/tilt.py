@@ -10,10 +10,11 @@ from typing import NamedTuple, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
+from dem.default_damping import SEARCHING
 from dem.driving.own_weight import evenly_where_it_slides
 from dem.model.rest_or_collapse import UNDECIDED
 from dem.model.unbalance import Scale
-from dem.multiplier.collapse import FIRST_INCREMENT, LOADING, MOVED, collapse
+from dem.multiplier.collapse import FIRST_INCREMENT, MOVED, collapse
 from dem.multiplier.search import APPROACH, AT_REST, Controls, Search
 from dem.multiplier.search import increments as held_loads
 from dem.multiplier.table_readings import Readings, first_reached, peak_of, readings
@@ -337,7 +338,7 @@ def _stopped(
     # where the tangent is 1 the live load is as large as the dead one: the unit of this multiplier
     controls = Controls(
         tolerance=tolerance, max_steps=usual.max_steps, moved_limit=MOVED, equilibrium=usual.equilibrium,
-        damping=LOADING, unit=1.0, first=FIRST_INCREMENT,
+        damping=SEARCHING, unit=1.0, first=FIRST_INCREMENT,
     )
     # tangent to begin near: what the table read, extrapolated to rate 0. A line through two noisy peaks may end far too
     # low: no lower than half of what was read

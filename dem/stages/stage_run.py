@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from dem.default_damping import FREE, RAMPING, SETTLING
 from dem.model.advance import run
 from dem.model.stable_step import block_stiffness
 from dem.model.state import DYNAMIC, State, UnstableError
-from dem.model.unbalance import SETTLING, displacement_since, restless
+from dem.model.unbalance import displacement_since, restless
 from dem.stages.load_factors import load_factors
 from dem.stages.recording import Recorder
 from dem.stages.resuming import Position, RunStatus
@@ -19,11 +20,7 @@ from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
 from limitmason.model import Assembly
 from limitmason.model.base_motion import COAST, BaseMotion
-from limitmason.model.stages import Damping, Drive, Servo, Settle, Stage
-
-# as much as while a structure settles would carry a part of a push
-_LOADING = Damping(local=0.5)
-_FREE = Damping()  # in a dynamic run damping is the user's to state
+from limitmason.model.stages import Drive, Servo, Settle, Stage
 
 CALM_EVERY = 25
 """Steps after which a drive that waits for calm looks whether there is."""
@@ -175,7 +172,7 @@ class StageRun:
         self.sample, damping = rec.settings.sample, rec.settings.damping
         dynamic, settles = state.mode == DYNAMIC, isinstance(stage, Settle)
         # in a quasi-static run masses are scaled, and damping only brings blocks to rest
-        usual = _FREE if dynamic else SETTLING if settles else _LOADING
+        usual = FREE if dynamic else SETTLING if settles else RAMPING
         self.brake = stage.damping or damping or usual
         self.steps, duration = (stage.max_steps, None) if isinstance(stage, Settle) else stage_length(stage)
         self.duration = duration or 0.0

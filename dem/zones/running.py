@@ -4,11 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dem.default_damping import ZONES
 from dem.kernels.zone_arrays import Z_APPLIED, Z_KINETIC, Z_LOST, Z_MISSED, Z_SUPPORT
 from dem.kernels.zone_measure import measure_zones
 from dem.kernels.zone_motion import advance_zones
 from dem.model.state import UnstableError
-from dem.zones.zoned_model import DAMPING, ZonedModel, slowest_period
+from dem.zones.zoned_model import ZonedModel, slowest_period
 from limitmason.arrays import Array, Flags
 
 SETTLED = 1e-4
@@ -49,7 +50,7 @@ class Reading(NamedTuple):
     shear: Array
 
 
-def advance(model: ZonedModel, steps: int, damping: float = DAMPING, *, drifts: bool = False) -> None:
+def advance(model: ZonedModel, steps: int, damping: float = ZONES, *, drifts: bool = False) -> None:
     """Advance by a number of steps under the loads and drives as they are.
 
     Parameters

@@ -10,6 +10,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import eigsh
 
+from dem.default_damping import ZONES
 from dem.kernels.arrays import LAW, Index
 from dem.kernels.zone_arrays import Nodes, QuadTable, Rigid, SideContacts, Sides, ZonedArrays, Zones
 from dem.zones.mesh import ZoneMesh
@@ -22,9 +23,6 @@ AXES, SENSE = (0, 2, 4), (1.0, 1.0, -1.0)
 
 MOVING = ("nodes", "zones", "contacts", "rigid")
 """Groups of arrays that a run changes."""
-
-DAMPING = 0.8
-"""Local damping for which masses are scaled: it can make a force 1.8 times as large."""
 
 MARGIN = 0.95
 """Part of the largest stable square of the step that is used; chosen."""
@@ -167,7 +165,7 @@ def stable_masses(k: sparse.csr_matrix, nodes: int) -> Array:
     They follow from the largest eigenvalue of their stiffness.
 
     m proportional to the row sums of |K| (Gershgorin), one for all freedoms of a node; then scaled so that
-    (1 + DAMPING) lambda_max(M^-1 K) <= 4 MARGIN.
+    (1 + ZONES) lambda_max(M^-1 K) <= 4 MARGIN.
 
     Parameters
     ----------
@@ -183,7 +181,7 @@ def stable_masses(k: sparse.csr_matrix, nodes: int) -> Array:
     mass[:own] = np.repeat(mass[:own].reshape(-1, 2).max(axis=1), 2)
     if not (mass > 0.0).all():
         raise InputError("a block is held by no zone and no joint")
-    return mass * largest_eigenvalue(k, mass) * (1.0 + DAMPING) / (4.0 * MARGIN)
+    return mass * largest_eigenvalue(k, mass) * (1.0 + ZONES) / (4.0 * MARGIN)
 
 
 def largest_eigenvalue(k: sparse.csr_matrix, mass: Array) -> float:
