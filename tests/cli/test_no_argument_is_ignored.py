@@ -44,14 +44,14 @@ PROTOCOLS = {
     # of what is driven: a structure says what it is made of, and what its run says
     ("structure.py", "__init__", "loads"),
     ("zoned_structure.py", "curve_of", "seconds"),
-    ("record.py", "__setattr__", "value"),  # refuses whatever is set
+    ("experiment.py", "__setattr__", "value"),  # refuses whatever is set
     # a law without added terms, and a term that changes nothing
     *(("added_terms.py", "_changed", name) for name in ("added", "slip", "damage")),
     *(("added_terms.py", function, name) for function in ("entries_of", "has_added") for name in ("law", "j")),
     *(("joint_term.py", "strength", name) for name in ("slip", "damage", "numbers")),
     # what numba calls, and a call that there is no such of
-    ("compiled.py", "on_start", "event"), ("compiled.py", "on_end", "event"), ("team.py", "_added", "typing"),
-    ("team.py", "sleep", "microseconds"),
+    ("compiled.py", "on_start", "event"), ("compiled.py", "on_end", "event"), ("threads.py", "_added", "typing"),
+    ("threads.py", "sleep", "microseconds"),
 }
 
 
