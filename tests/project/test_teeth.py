@@ -206,7 +206,7 @@ def test_dem_with_friction_five_per_cent_high(monkeypatch):
 
 def test_dem_with_three_times_the_stable_step(monkeypatch):
     steps, masses = initial_state.stable_step, initial_state.scaled_masses
-    monkeypatch.setattr(initial_state, "stable_step", lambda *a: 3.0 * steps(*a))
+    monkeypatch.setattr(initial_state, "stable_step", lambda *a, **k: 3.0 * steps(*a, **k))
     monkeypatch.setattr(initial_state, "scaled_masses", lambda k, dt, safety: masses(k, dt, 3.0 * safety))
     caught("dem/test_dem_conservation.py::test_halving_the_time_step_quarters_the_error_of_the_position")
     caught(SLENDER)
