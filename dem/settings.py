@@ -1,7 +1,7 @@
 """Settings of the DEM: of a search for the collapse multiplier, and of a structure that is driven.
 
 Defaults of damping stand where it is used: ``dem.multiplier.collapse``, ``dem.driving.block_structure``,
-``dem.stages.stage_run`` and ``dem.model.unbalance``.
+``dem.stages.stage_run`` and ``dem.model.unbalance``, of zoned blocks in ``dem.zones.zoned_model``.
 Its coefficients and their ranges: ``limitmason.model.stages.Damping``.
 """
 
