@@ -61,6 +61,8 @@ def push(
     Returns
     -------
     PushCurve
+        Of the slower of two runs, with that at the first speed as its ``faster`` and their difference in
+        ``errors["rate"]``; of the one run without ``rate_check``, or where the first was interrupted.
 
     Raises
     ------
@@ -101,6 +103,7 @@ def push(
     rest = part_file(checkpoint, "settled")
     # a run that has begun was let through then; of one that has only settled the time of the push is still to be judged
     if not any(file is not None and file.exists() for file in files):
+        # 0 is what costs nothing unforeseen: a settled state that was kept, and steps that the user chose
         swings = structure.to_settle if rest is None or not rest.exists() else 0.0
         _refuse_hopeless(structure, swings, 0 if chosen.steps else sum(counts), chosen.longest)
     reached(None, "settling")

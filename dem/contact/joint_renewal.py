@@ -1,7 +1,7 @@
 """Joints that slipped, turned or touch elsewhere so far that they are cut anew.
 
-Throughout, ``assembly`` has the blocks and their interfaces, ``state`` is what a run changes, and ``now`` what its
-contact points measure in that position.
+When it is looked: ``dem.stages.recording``. Throughout, ``assembly`` has the blocks and their interfaces, ``state`` is
+what a run changes, and ``now`` what its contact points measure in that position.
 """
 
 import numpy as np

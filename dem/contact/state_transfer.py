@@ -101,7 +101,9 @@ def _deform(state: State, made: Fresh) -> None:
 def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, families: Index) -> None:
     """Let the new joints of a family store the elastic energy of the old ones.
 
-    Energies of pressure and of shear are kept apart, as far as the new ones can.
+    1. The energies of pressure and of shear in the old points are summed up by family.
+    2. Gaps of new points are changed until these store the same under pressure.
+    3. Their elastic slips are changed by one factor until these store the same in shear.
 
     Cut anew under load, the points lie elsewhere; a pair first seen when it overlaps has none to give. Where the new
     ones would store more, gaps widen: only points that are pressed are set back, and :func:`close_setbacks` takes it
@@ -119,16 +121,18 @@ def keep_energy(state: State, now: PointForces, family: Index, made: Fresh, fami
     ----------
     state, now : state with the old joints, and what their points measure
     family : codes of the families of old joints, -1 for those that stay, shape (k,)
-    made : new joints, changed
+    made : new joints, whose gaps and slips of points and setbacks of heirs are changed
     families : codes of their families, shape (n,)
     """
     # families are counted from 0, and ``old`` are the points of the joints that they replace
     known, number = np.unique(families, return_inverse=True)
     points, old = state.points, points_of(state.joints, np.flatnonzero(np.isin(family, known)))
     law, area = state.joints.law[now.owner[old]], points.area[old]
-    kn, ks, closing = law[:, LAW.kn], law[:, LAW.ks], np.maximum(-now.opening[old], 0.0)
+    kn, ks = law[:, LAW.kn], law[:, LAW.ks]
+    # elastic closing [m], of no more than that at which a point crushes, as what was measured of it
+    closing = np.minimum(np.maximum(-now.opening[old], 0.0), law[:, LAW.crushing])
     # normal force of points that are pressed, and of bonded ones that are pulled: force . R_a n
-    push = kn * area * np.minimum(closing, law[:, LAW.crushing])
+    push = kn * area * closing
     joint, force = now.owner[old], now.force[old]
     turn = state.bodies.rot[state.joints.block_a[joint]] + np.eye(3)
     pull = np.einsum("pi,pij,pj->p", force, turn, state.joints.frame[joint, 2]) * (now.opening[old] > 0.0)

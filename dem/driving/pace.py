@@ -1,6 +1,6 @@
 """In how many steps a structure is driven: its slowest swing in steps of scaled masses, and how many a push takes.
 
-The speed along the path, with its gentle start, is in ``block_structure``.
+The speed along the path, with its gentle start, is in ``block_structure``, of zoned blocks in ``zoned_structure``.
 """
 
 import numpy as np

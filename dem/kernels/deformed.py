@@ -297,15 +297,17 @@ def deformation_at(
 ) -> Numbers:
     """Displacement by deformation at a point: of b's face against a's, then of a's.
 
-    Both are three components [m] in the joint's axes.
+    Both are three components [m] in the joint's axes: c + d/ds x + d/dt y of motions as :func:`slopes` lays them out.
 
     Parameters
     ----------
+    j : the joint
     joints, modes : all joints, and the shapes of all blocks
-    space : None in a plane
+    space : True in space, None in a plane, as ``State.space``
     g : R_rel - I: G11, G12, G21, G22, G31, G32 [-]
     x, y : place of the point along t1 and t2 [m]
     """
+    # nine numbers each: u of a's face, v of b's in a's axes, e of b's against a's
     u = slopes(face_motion(modes.side_a, j, modes.value, joints.block_a[j], space))
     v = turned_slopes(face_motion(modes.side_b, j, modes.value, joints.block_b[j], space), g, space)
     e = less(v, u)

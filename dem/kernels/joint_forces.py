@@ -1,4 +1,7 @@
-"""Forces of the joints on the blocks: sums over all points, and crossing edges."""
+"""Forces of the joints on the blocks: sums over all points, and crossing edges.
+
+The axes of a joint turn with its block a: ``kinematics``.
+"""
 
 import numpy as np
 

@@ -25,12 +25,15 @@ def _zone_stresses(nodes: Nodes, zones: Zones, tables: QuadTable, stresses: Arra
     energy = 0.0
     for z in range(zones.kind.size):
         c, s = turned(z, nodes, zones, tables, u)
-        m = np.uint64(zones.material[z])  # as while zones move: the return of stresses is compiled once
+        # unsigned, as the kernel that steps has it: for a number of another type ``stress_return`` were compiled again
+        m = np.uint64(zones.material[z])
+        # diagonal and off-diagonal term of the elastic matrix, and shear modulus [Pa]
         d, dn, sh = tables.material[m, MAT_D], tables.material[m, MAT_DN], tables.material[m, MAT_G]
         for g in range(4):
             xx, zz, xz, yy = stress_at(z, g, zones, tables, u)
             if tables.material[m, MAT_YIELDS] != 0.0:
-                # the nodes have moved since the last return
+                # the nodes have moved since the last return. 0: still elastic; -1: no return was found, then the step
+                # too has the point go on with its elastic stress
                 trial[0], trial[1], trial[2], trial[3] = xx, zz, xz, yy
                 if stress_return(tables.material, m, trial, plastic) > 0:
                     xx, zz, xz, yy = trial

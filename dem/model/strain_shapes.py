@@ -174,9 +174,9 @@ def frames(joints: Joints) -> tuple[Array, Array]:
 def sides(deformation: StrainShapes, points: Points, joints: Joints) -> tuple[Array, Array]:
     """Motion of both faces of every joint by a unit of every shape, (k, m, 6) each.
 
-    They are ``side_a`` and ``side_b`` of the kernel: displacement and rotation along t1, t2, n. A joint takes up six
-    motions of a face, in a plane those in it, see :func:`limitmason.mechanics.joint_shapes.face_motions`.
-    ``deformation`` are the shapes of all blocks.
+    They are ``side_a`` and ``side_b`` of the kernel for k joints, and m shapes of a block, those of all in
+    ``deformation``: displacement and rotation along t1, t2, n. A joint takes up six motions of a face, in a plane those
+    in it, see :func:`limitmason.mechanics.joint_shapes.face_motions`.
     """
     frame_a, frame_b = frames(joints)
     whole = np.where(joints.law[:, LAW.cross] != 0.0, 0.0, 1.0)[:, None, None]  # at crossing edges blocks are rigid
@@ -192,7 +192,7 @@ def sides(deformation: StrainShapes, points: Points, joints: Joints) -> tuple[Ar
     for block, arm, frame in ((joints.block_a, joints.arm_a, frame_a), (joints.block_b, joints.arm_b, frame_b)):
         axes = frame[owner]
         u = deformation.displacement(block[owner], arm[owner] + np.einsum("xt,xti->xi", place, axes[:, :2]))
-        moved = kept @ face_motions(joints.start, place, points.area, axes @ u)
+        moved = kept @ face_motions(joints.start, place, points.area, axes @ u)  # (k, 6, m), of u (points, 3, m)
         out.append(np.ascontiguousarray(whole * moved.transpose(0, 2, 1)))
     return out[0], out[1]
 
@@ -239,12 +239,12 @@ class Start:
     def modes(
         self, assembly: Assembly, points: Points, joints: Joints, coupled: Array | None, axes: Array
     ) -> tuple[StrainShapes, BlockModes]:
-        """Modes at rest, each of unit mass, that share neither stiffness nor mass.
+        """Shapes turned into modes that share neither stiffness nor mass, and these at rest, each of unit mass.
 
         Parameters
         ----------
         assembly, points, joints : blocks, and what lies between them
-        coupled : stiffness of :func:`coupled_of` for scaled masses, K_mode + 2 K_joints; None for the real ones
+        coupled : K_joints of :func:`coupled_of`, for scaled masses K_mode + 2 K_joints; None for the real ones
         axes : of the blocks, along which modes of one stiffness are told apart, shape (n, 3, 3)
         """
         d = self.deformation
@@ -253,7 +253,7 @@ class Start:
         new = replace(d, coefficients=d.coefficients.copy(), mean=d.mean.copy(), gradient=d.gradient.copy())
         for i, shape in self.shapes.items():
             k = shape.stiffness
-            # K x = value M x, M their own mass or what the stable step asks for
+            # K x = value M x, M their own mass or what the stable step asks for; six rigid motions come before shapes
             value, basis = eigh(k, shape.mass if coupled is None else k + 2.0 * coupled[i, 6:, 6:])
             x = assembly.blocks[i].vertices - assembly.centroids[i]
             corners = d.displacement(np.full(len(x), i), x).transpose(0, 2, 1) @ axes[i].T

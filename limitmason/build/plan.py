@@ -87,7 +87,7 @@ def make_runs(
     return_length: float | tuple[float, float] | None = None,
     return_thickness: float | None = None,
     return_position: float | None = None,
-    corner: str = "left",
+    corner: str | None = None,
 ) -> list[StraightWall]:
     """Return the runs of a plan, facade first.
 
@@ -106,10 +106,11 @@ def make_runs(
     return_position
         "T" only: x of the return's axis [m]; the middle of the facade where omitted.
     corner
-        "L" only: "left" or "right" end of the facade.
+        "L" only: "left" or "right" end of the facade; left where omitted.
     """
     choice("plan", plan, PLANS)
-    choice("corner", corner, ("left", "right"))
+    if corner is not None:
+        choice("corner", corner, ("left", "right"))
     # what the plan has no use for is refused, not passed over
     if plan == "straight":
         for name, value in (("return_length", return_length), ("return_thickness", return_thickness)):
@@ -117,6 +118,8 @@ def make_runs(
                 raise InputError(f"{name} is given but plan is 'straight'; choose plan 'L', 'T', 'U' or 'box'")
     if plan != "T" and return_position is not None:
         raise InputError(f"return_position is for plan 'T', got plan {plan!r}")
+    if plan != "L" and corner is not None:
+        raise InputError(f"corner is for plan 'L', got plan {plan!r}")
     if plan == "straight":
         return [StraightWall(name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness, ends=Ends())]
     if return_length is None:
@@ -157,7 +160,7 @@ def make_runs(
         rear = replace(facade, name="rear", origin=(0.0, lengths[0] - thickness), outer_first=False)
         return [facade, left, right] + ([rear] if plan == "box" else [])
     if plan == "L":
-        ends, beside = (Ends(start=depth), left) if corner == "left" else (Ends(end=depth), right)
+        ends, beside = (Ends(end=depth), right) if corner == "right" else (Ends(start=depth), left)
         return [StraightWall(
             name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness, ends=ends,
         ), beside]

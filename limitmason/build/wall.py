@@ -40,7 +40,7 @@ def wall(
     return_length: float | tuple[float, float] | None = None,
     return_thickness: float | None = None,
     return_position: float | None = None,
-    corner: str = "left",
+    corner: str | None = None,
     openings: Sequence[Opening | Mapping] = (),
     lintel_density: float | None = None,
     base: str | None = "slab",
@@ -100,7 +100,7 @@ def wall(
     return_position
         "T" only: x of the axis of the return [m], default the middle of the facade.
     corner
-        "L" only: "left" or "right".
+        "L" only: "left" or "right", default "left".
     openings
         `Opening` objects (or mappings of their fields) in the facade. A lintel is one block with the stated bearing, a
         soldier course whole units on end.

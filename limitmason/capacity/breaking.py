@@ -249,8 +249,9 @@ def foreseen(
 ) -> tuple[Node | None, Index | None]:
     """The state at which the first point breaks and the points that do, where that is foreseen within a step.
 
-    On the straight line to the guess overloads tell where the first point comes to its strength. A step goes a little
-    beyond that place; where no point breaks yet it is told anew on the line through what was found.
+    Overloads, negative below the strength and 0 at it, tell on the line to the guess where the first point comes to
+    it. A step goes a little beyond. Where none breaks yet it is told anew on the line from ``last`` through what was
+    found, ``_AIMS`` times at most.
 
     Parameters
     ----------
@@ -266,12 +267,14 @@ def foreseen(
     """
     far, low = last._replace(pose=guess[0], multiplier=guess[1], control=target), last
     above = _overload_at(system, last.history, system.evaluate(far.pose, last.history, far.multiplier))
+    # at ``last``, where every line begins, also when ``low`` has moved on; as in :func:`cut` a point at its strength
+    # already counts as just below, else the share of the way to it is zero
     below = np.minimum(overload_of(system, last.history, last), -_ALIKE)
     for _ in range(_AIMS):
         share = _BEYOND * float(_shares(below, above).min(initial=np.inf))
         control = last.control + share * (far.control - last.control)
         if (target - control) * (target - last.control) <= 0.0:
-            break
+            break  # at the end of the step or beyond it, or nowhere
         tried = step(system, last, control, between(last, far, control), ratio, patient=False)
         if tried is None:
             break
@@ -328,12 +331,7 @@ def released(system: System, node: Node, rows: Index, ratio: float, target: floa
 
 
 def _solved(
-    system: System,
-    node: Node,
-    history: PlasticHistory,
-    pose: Pose,
-    multiplier: float,
-    target: float | None,
+    system: System, node: Node, history: PlasticHistory, pose: Pose, multiplier: float, target: float | None,
     ratio: float,
 ) -> tuple[newton.Solved, int] | None:
     """Solve a step that Newton's method alone did not, by descent and by programs.

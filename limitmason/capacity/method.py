@@ -51,6 +51,13 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
         (2 x 4, 2 x 8 and 4 x 8 points) and "preload" (half as far the other way first); the range is then that of all
     settings : of :func:`pushover`, without ``start`` and ``to``
 
+    Returns
+    -------
+    Prediction
+        The multiplier is NaN where the status is not "solved". ``details``: "curve"; "limit point displacement" [m],
+        NaN where the path has none; with a spread "interval", its least and largest multiplier. ``error_budget``: for
+        every name in ``spread`` "change", "resolution" and the multiplier of every variant, NaN of one without answer.
+
     Raises
     ------
     InputError
@@ -106,6 +113,7 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
         },
         error_budget=budget,
         range=around,
+        # joints without a fracture energy lose their strength at once: over an opening or slip of 0 m
         lost_in_failure=lost_in_failure(assembly, np.zeros(len(assembly.interfaces))),
     )
 

@@ -54,9 +54,10 @@ class PathLoads(NamedTuple):
         turns_or_strains = spins.any(axis=0) | basis[6:].any(axis=0)
         turning = np.flatnonzero(has_arms & (free & turns_or_strains).any(axis=1))
         wrenches = [loads.dead @ basis[:6] * free, loads.live @ basis[:6] * free]
-        if len(turning) and bent.shape[1]:  # shapes are the last degrees of freedom
+        # shapes are the last degrees of freedom; where no block turns or strains, no force acts on a free one
+        if len(turning) and bent.shape[1]:
             for wrench, arms in zip(wrenches, (loads.dead_arms, loads.live_arms), strict=True):
-                wrench[:, -bent.shape[1] :] += _on_shapes(bent, arms)
+                wrench[:, -bent.shape[1] :] += _on_shapes(bent, arms) * free[:, -bent.shape[1] :]
         dead, live = wrenches
         return cls(dead, live, loads.dead_arms, loads.live_arms, spins, bent, free, turning)
 

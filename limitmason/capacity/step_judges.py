@@ -303,14 +303,16 @@ class JudgedPath:
 
         Either is halved first, as energy may be left over by the length of the step alone.
         """
-        over = 0.0 if tried.new.jump else self.generations.energy(tried.last, tried.new)  # over its gross work [-]
-        if abs(over) <= self.steps.energy:
+        # over its gross work [-], negative where some is made; a jump loses energy by its nature, and is not judged
+        lost = 0.0 if tried.new.jump else self.generations.energy(tried.last, tried.new)
+        if abs(lost) <= self.steps.energy:
             return StepOutcome.ACCEPTED
-        self.near = tried if over > 0.0 else self.near
+        if lost > 0.0:
+            self.near = tried  # should no shorter step be found, :mod:`.path` takes this one, as a jump
         if self._halve(tried):
             return StepOutcome.SHORTER
-        if over < 0.0:
-            return self._stopped(tried.last, f"the next step would make {-over:.1%} of its work out of nothing")
+        if lost < 0.0:
+            return self._stopped(tried.last, f"the next step would make {-lost:.1%} of its work out of nothing")
         self._jumped(tried)
         return StepOutcome.ACCEPTED
 

@@ -1,6 +1,7 @@
 """Steps of a path: their settings, their extrapolated end, and the shares in which too much happens.
 
-``nodes`` are the states of the path so far, in their order. A step that fails is halved in ``path``.
+``nodes`` are the states of the path so far, in their order. A step that fails is halved in ``path``, one
+that was found in ``step_judges``.
 """
 
 from dataclasses import dataclass

@@ -177,7 +177,12 @@ class System:
         return (dead * self.row_scale)[self.bodies.free], (live * self.row_scale)[self.bodies.free]
 
     def relative(self, at: Evaluated, own: Array) -> tuple[Array, Array]:
-        """Displacement of points, (m, c), and elongation of ties, (t,), by a motion in own units, (order,) [m]."""
+        """Displacement of points, (m, c), and elongation of ties, (t,), in [m] each, by a small motion of the blocks.
+
+        It is linear about the pose ``at``. ``own`` are motions of the free degrees of freedom in own units, shape
+        (order,). Displacements are of b against a, positive where a point opens.
+        """
+        # virtual work: forces of a point push its blocks apart; a tie pulls them together, hence its minus
         motion, b = self._motion(own), self.bodies
         ends_of_ties = np.stack([motion[self.ties.block_a], motion[self.ties.block_b]], axis=1)
         longer = -np.einsum("tsd,tsd->t", at.pulled.wrenches, ends_of_ties)
@@ -386,12 +391,7 @@ class System:
         return self._columns(pulled.wrenches, self.tie_ends)
 
     def _columns(self, wrenches: Array, ends: Index) -> sparse.csc_matrix:
-        """Wrenches on two blocks each, (k, 2, d), at rows ``ends``, -1 for held, as columns in own units.
-
-        Parameters
-        ----------
-        wrenches : in own axes [N, N m], shape (k, 2, d)
-        """
+        """Wrenches [N, N m] on two blocks each, (k, 2, d), at rows ``ends``, -1 for held, as columns in own units."""
         values = wrenches * self.row_scale * self.weight
         columns = np.broadcast_to(np.arange(len(values))[:, None, None], values.shape)
         keep = ends >= 0

@@ -203,9 +203,14 @@ def each_joint(
 
 
 def felt_by(cause: Cause) -> tuple[str, ...]:
-    """Kinds of data, or quantities of a reading, that feel a cause by one method or another."""
+    """Kinds of data, or quantities of a reading, that feel a cause by one method or another.
+
+    ``cause.acts_on`` says where a cause is switched on, :func:`acts_on` whether a method feels it.
+    """
     if cause.acts_on == "measurement":
-        return cause.reads or ("all",)
+        return cause.reads or ("all",)  # a reading that names no quantity changes all
+    # what changes the force of a method may change its mechanism, and so the pattern of cracks; of deformations the
+    # capacity curve tells most: it feels whatever a method with soft joints does
     force = any(acts_on(cause, m) for m in METHODS)
     felt = {"force": force, "deformation": acts_on(cause, "pushover"), "vibration": acts_on(cause, MODES),
             "pattern": force}

@@ -64,10 +64,11 @@ def head_joint_friction(factor: float, assembly: Assembly, loads: Loads) -> Mode
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=("head",)), loads
 
 
-def _positive_stresses(*, reference_stress: float, least_stress: float) -> Mapping[str, str]:
+def _check_stresses(*, reference_stress: float, least_stress: float) -> Mapping[str, str]:
     """Refuse stresses that are not positive: a power of their ratio is taken.
 
-    No field of the cause depends on them.
+    It is the ``variant`` of the cause: a mapping of what its fields become by these options, here nothing. Both are as
+    for the cause, in [Pa] and over the reference [-].
     """
     if not (reference_stress > 0 and least_stress > 0):
         raise InputError("reference_stress [Pa] and least_stress [-] must be positive")
@@ -76,7 +77,7 @@ def _positive_stresses(*, reference_stress: float, least_stress: float) -> Mappi
 
 @declare(
     "stress-dependent friction", parameter="friction_exponent", lever="friction of single joints", baseline=0.0,
-    bounds=(0.0, 0.3), variant=_positive_stresses,
+    bounds=(0.0, 0.3), variant=_check_stresses,
     physics="asperities yield: tan(phi) = tan(phi_ref) (sigma / sigma_ref)^-size, sigma from the dead load",
     source="power law of friction of asperities in contact (Bowden and Tabor 1950; exponent 1/3 for spheres)",
     isolate="shear tests of one joint at several normal stresses, one of them that of the walls",

@@ -1,6 +1,6 @@
 """What theory demands of several answers to one question, checked.
 
-What was not computed is named, never passed.
+What was not computed is named, never passed. Measured values are no part of it: predicted over measured is in ``rows``.
 """
 
 from __future__ import annotations

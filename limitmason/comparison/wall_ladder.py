@@ -63,7 +63,7 @@ class WallPrediction(NamedTuple):
     rocks : force over that of the wall rocking in one piece [-], but 1 or 0 of formulas and curves, which name the mode
         themselves
     inside : the mode by what gave way inside the wall, see :func:`wall_modes.mode_inside`
-    status : "solved", or why there is no answer
+    status : "solved", or why there is no answer; beside a force, why there is no spread
     seconds : processor time
     """
 
@@ -154,7 +154,7 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
     """One wall by one model, as a row of the store: force [kN], its mode and spread.
 
     The spread is the root of the sum of squares of changes of the logarithm, each by one standard deviation of an
-    input. Seconds are processor time.
+    input. A refusal of one of these runs leaves the force without a spread, beside the reason as status.
 
     Parameters
     ----------
@@ -162,6 +162,10 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
     method : a model of ``LADDER``
     options : of the wall's model
     spread : whether its spread is asked for
+
+    Returns
+    -------
+    The fields of :class:`WallPrediction` by name. Of a wall that no model can take, the status is why.
     """
     begun = time.process_time()
     test = registry.load(NAME, wall, **options)

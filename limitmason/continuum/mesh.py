@@ -52,24 +52,31 @@ class Mesh(ReadOnly):
     vertices : corners of the bricks [m], shape (n, 3)
     bricks : corners of every brick in the order of scikit-fem's hexahedron, shape (m, 8)
     material : number of the material of every brick, shape (m,)
-    nodes : of a brick, k: 20, whose displacements are quadratic along edges, or 8, trilinear
+    per_brick : number of nodes of a brick, k: 20, whose displacements are quadratic along edges, or 8, trilinear
+
+    Attributes
+    ----------
+    nodes : where they are [m], corners first, shape (number of nodes, 3)
+    connectivity : nodes of every brick, shape (m, k)
+    solid, element : the mesh and its element as scikit-fem has them
 
     Notes
     -----
     Bricks of 8 nodes bend too stiffly, and a rotating crack in them stresses what lies beside it (stress locking).
     """
 
-    def __init__(self, vertices: Array, bricks: Index, material: Index, nodes: int = 20) -> None:
+    def __init__(self, vertices: Array, bricks: Index, material: Index, per_brick: int = 20) -> None:
         """Number the nodes: corners first, then middles of edges.
 
         Parameters
         ----------
-        vertices, bricks, material, nodes : see the class
+        vertices, bricks, material, per_brick : see the class
         """
-        choice("nodes of a brick", nodes, (8, 20))
+        choice("nodes of a brick", per_brick, (8, 20))
         self.solid = MeshHex(np.ascontiguousarray(vertices.T), np.ascontiguousarray(bricks.T))
-        self.element = ElementHexS2() if nodes == 20 else ElementHex1()
-        self.per_brick = nodes
+        self.element = ElementHexS2() if per_brick == 20 else ElementHex1()
+        self.per_brick = per_brick
+        # only numbers and places of nodes are read of it: the cheapest integration will do
         basis = Basis(self.solid, self.element, intorder=1)
         self.nodes: Array = np.ascontiguousarray(basis.doflocs.T)
         self.connectivity: Index = np.ascontiguousarray(basis.element_dofs.T)  # (m, k)

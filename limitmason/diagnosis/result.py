@@ -187,7 +187,10 @@ class Findings(Displayed, Citable, ReadOnly):
 
     @property
     def noise_sd(self) -> float | None:
-        """Noise estimated from the best explanation, None where it is stated."""
+        """Noise estimated from the best explanation, None where it is stated.
+
+        It is relative, of the logarithm [-]: sqrt(sum of squared residuals / (n - causes)).
+        """
         if self.noise.kind != "unknown":
             return None
         best = self.best

@@ -266,8 +266,8 @@ class Study(Statement):
 
         Parameters
         ----------
-        causes : the list
-        sd : relative noise to assume where the study does not state it
+        causes : the list; None is that of the study
+        sd : relative noise to plan with, in place of what the study states; None is that, or 4 % where it states none
         """
         return confusable(self.known_design(causes, sd))
 
@@ -303,7 +303,8 @@ class Study(Statement):
             are judged by; causes hide these instead, whether they are on the list or never were. The share of names
             that are then given stands in every later verdict of this study on that list
         seed : of truths, noise and bootstrap
-        sd : relative noise to draw where the study does not state it
+        sd : relative noise to draw, in place of what the study states, by which the trials are judged all the same;
+            None is that, or 4 % where it states none
         pairs : whether two causes are tried when no single one is left, as ``diagnose`` does; without, no table of a
             pair is made and such trials end as "unexplained"
         rule : thresholds

@@ -186,7 +186,7 @@ class TableStudy:
 
     @property
     def tabulated(self) -> bool:
-        """Whether the predictions stand in a column."""
+        """Whether the predictions stand in a column: no model then computes them, with a cause or without."""
         return isinstance(self.simulate, PredictedColumn)
 
     @cached_property
@@ -315,7 +315,12 @@ class TableStudy:
         return sorted(set(values), key=lambda v: (-values.count(v), str(v)))[1:]
 
     def _chosen(self) -> list[Cause]:
-        """The list: the user's causes, those named of what is known, or all of that."""
+        """The list: the user's causes, those named of what is offered, or all of that.
+
+        Where a model computes the predictions, any cause of ``causes.ALL`` may be named: what is offered is a usual
+        choice, and a cause that the model refuses is set aside later. A column of predictions takes no other than what
+        acts on the predicted value.
+        """
         known = self._offered()
         if self.causes is None:
             return known

@@ -1,6 +1,6 @@
 """What a diagnosis says, in plain sentences: verdict, meaning, basis, limits.
 
-Thresholds are those of ``inference.verdict``.
+Thresholds of the verdict are in ``inference.verdict``, those of words in this file.
 """
 
 from collections.abc import Mapping, Sequence
@@ -129,9 +129,10 @@ def not_two_kinds(held: Identification) -> str:
 
 
 def off_the_list(diagnosis: Findings) -> str:
-    """That none of a set need be true.
+    """Clause to append to a set of names: that none of them need be true.
 
-    It is empty where trials with the true cause missing say that sets rarely miss it.
+    It is empty where data sets with the true cause taken off the list were tried and the share that ended in a set is
+    at most ``OPEN``, by the upper end of its interval.
     """
     found = diagnosis.rehearsal
     if found is not None and found.missing and found.rate("set without it").high <= OPEN:

@@ -200,7 +200,7 @@ class DocumentNode:
             # a value inside said its place already
             if isinstance(error, InputError) and str(error).startswith(self.file):
                 raise error from None
-            # a law says itself that it is a joint: the key that leads to it says no more
+            # a law begins its message with "joint: ", and may stand under the key "joint": that is not said twice
             raise self.error(str(error).removeprefix(f"{self.where}: ")) from None
 
     def row(self) -> Array:

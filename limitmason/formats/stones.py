@@ -17,7 +17,7 @@ from limitmason.errors import InputError
 from limitmason.formats.meshes import bodies
 from limitmason.geometry import Solid
 from limitmason.geometry.growing import Gap, grown
-from limitmason.geometry.shells import filled
+from limitmason.geometry.shells import volume_of_mixed_faces
 from limitmason.model import Assembly, Joint
 
 _DEGREES = 0.5  # faces that were made to meet are parallel to rounding; others that come near are not meant
@@ -153,7 +153,7 @@ def read_stones(
             hull = ConvexHull(body.corners)
         except Exception:
             raise InputError(f"{body.name}: no volume; its points lie in one plane, or are fewer than four") from None
-        share = filled(body.corners, body.triangles) / float(hull.volume)
+        share = volume_of_mixed_faces(body.corners, body.triangles) / float(hull.volume)
         if share < convexity:
             raise InputError(
                 f"{body.name}: fills {100 * share:.0f} % of its convex hull, {100 * convexity:.0f} % asked for: split "

@@ -188,11 +188,13 @@ def _wedges(axis: Array, arms: Array, forward: Any) -> Iterator[tuple[int, int]]
             open_faces.append(int(k))
 
 
-def filled(corners: Array, triangles: Index) -> float:
-    """Volume of a body [m3], whatever the senses of its faces.
+def volume_of_mixed_faces(corners: Array, triangles: Index) -> float:
+    """Volume of a body [m3], whatever the senses of its faces: scans often mix these.
 
-    Scans often mix these. Faces that share an edge are turned alike, each piece of them that was mixed outwards.
-    What is missing of an open body is missing here: the cone from the mean of the corners to it.
+    Faces that hang together by edges of two faces are a piece, and are turned to one sense. A piece whose faces had
+    different senses counts as positive. Others keep their sign: a cavity, whose faces run the other way, is taken off.
+    Edges of more than two faces, where bodies touch, link none. What is missing of an open body is missing here: the
+    cone from the mean of the corners to it.
 
     Parameters
     ----------
@@ -201,10 +203,11 @@ def filled(corners: Array, triangles: Index) -> float:
     """
     m = len(triangles)
     sides = np.vstack([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    two, _ = _edges(sides)
-    # pairs of faces that share an edge, each once; side s is of face s % m
-    pairs, one = np.unique(np.sort(two % m, axis=1), axis=0, return_index=True)
-    against = (sides[two[:, 0], 0] == sides[two[:, 1], 0])[one]  # both run alike: one of the faces is turned over
+    shared, _ = _edges(sides)
+    # pairs of faces that share an edge, each once and in rising order; side s is of face s % m
+    pairs, row = np.unique(np.sort(shared % m, axis=1), axis=0, return_index=True)
+    # faces of one sense pass their edge in opposite ways; where both pass it alike one of them is turned over
+    against = (sides[shared[:, 0], 0] == sides[shared[:, 1], 0])[row]
     piece = _pieces(pairs, m)
     first = np.unique(piece, return_index=True)[1]
     # a tree along the shortest ways from the first face of each piece, so that a fault of the mesh turns few faces;
@@ -215,9 +218,11 @@ def filled(corners: Array, triangles: Index) -> float:
     tree = np.sort(np.column_stack([before[later], later]), axis=1)
     # two copies of every face, k as it is and k + m + 1 turned over: a pair that runs alike links unlike copies,
     # another like ones. A face that hangs together with the first of its piece keeps its sense, else it is turned
-    over = against[np.searchsorted(pairs @ [m, 1], tree @ [m, 1])] * (m + 1)
+    # ``copy`` is where the copies of the second face begin that the first one's go with; pairs rise, so that the code
+    # m i + j of a pair can be looked up
+    copy = against[np.searchsorted(pairs @ [m, 1], tree @ [m, 1])] * (m + 1)
     sheet = _pieces(
-        np.vstack([tree + np.outer(over, [0, 1]), tree + np.outer(m + 1 - over, [0, 1]) + [m + 1, 0]]), 2 * (m + 1)
+        np.vstack([tree + np.outer(copy, [0, 1]), tree + np.outer(m + 1 - copy, [0, 1]) + [m + 1, 0]]), 2 * (m + 1)
     )
     sign = np.where(sheet[:m] == sheet[first[piece]], 1.0, -1.0)
     p = (corners - corners.mean(axis=0))[triangles]

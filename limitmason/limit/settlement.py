@@ -82,16 +82,17 @@ def settlement_analysis(
         When a block is not held along the motion, a list is empty, names a block twice or one that is not wholly
         held, and for loads with a live part.
     """
-    found, zero = least_reaction(assembly, support, direction, loads, options)
+    found, tolerance = least_reaction(assembly, support, direction, loads, options)
     reaction = found.reaction
-    if reaction is None or not reaction.least < -zero:
+    if reaction is None or not reaction.least < -tolerance:
         return found
     # R < 0: the support must pull at least. The structure stands without it only if zero lies between this and the
     # greatest reaction, which is the least one against the opposite motion with its sign changed
     motion = _motion_of(direction)
     back = SupportMotion([-v for v in motion.translation], [-v for v in motion.rotation], motion.about)
     other, _ = least_reaction(assembly, support, back, loads, options)
-    needs_none = other.status == Status.UNBOUNDED or (other.reaction is not None and other.reaction.least <= zero)
+    # unbounded: no motion opposes that reaction, which may grow without end, and so passes zero
+    needs_none = other.status == Status.UNBOUNDED or (other.reaction is not None and other.reaction.least <= tolerance)
     return replace(found, reaction=reaction._replace(stands_without=needs_none))
 
 
@@ -119,7 +120,7 @@ def least_reaction(
 
     Returns
     -------
-    prediction, zero : the latter the size up to which a reaction counts as none [N]
+    prediction, tolerance : the latter the size up to which a reaction counts as none [N]
     """
     named = f"along {direction}" if isinstance(direction, str) else "by the given motion"
     direction = _motion_of(direction)
@@ -176,7 +177,20 @@ def least_reaction(
 
 
 def _with_reaction(prediction: Prediction, total: float) -> Prediction:
-    """An answer in multipliers as one in reactions, R = -lambda ``total`` [N]."""
+    """An answer in multipliers as one in reactions, R = -lambda ``total`` [N].
+
+    The live load pushes the support along its motion d, the reaction acts against d: hence the minus.
+
+    Parameters
+    ----------
+    prediction : largest multiplier of a live load that has the power ``total`` on d. Where its status says that there
+        is none, the reason takes the place of its warnings, which speak of live loads
+    total : dead load of the free blocks, sum of the sizes of their forces [N]
+
+    Returns
+    -------
+    The answer. Its ``stands_without`` is right for R >= 0 only: :func:`settlement_analysis` sees to the others.
+    """
     reaction = Reaction()
     if np.isfinite(prediction.collapse_multiplier):
         least, c, ends = -prediction.collapse_multiplier * total, prediction.certificate, (math.nan, math.nan)

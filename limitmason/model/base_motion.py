@@ -100,15 +100,16 @@ class BaseMotion(Displayed, Stage):
         Raises
         ------
         InputError
-            For an unknown unit, in the heading too, or another one than the heading's, a heading such as "acc_g"
-            where ``units`` is omitted, a line without an acceleration among those of
-            numbers, and times that are not equally spaced; it names file and line.
+            For an unknown unit, or another one than a known one of the heading, for a heading whose unit is unknown, or
+            such as "acc_g", where ``units`` is omitted, for a line without an acceleration among those of numbers, and
+            times that are not equally spaced; it names file and line. With ``units`` what else stands in brackets, as
+            in "a [corrected]", is a remark.
         """
         known = ", ".join(_ACCELERATIONS)
         if units is not None and units not in _ACCELERATIONS:
             raise InputError(f"units must be one of {known}, got {units!r}")
-        columns = [column] if isinstance(column, int) else list(column)
-        if not all(isinstance(c, int) and c > 0 for c in columns):
+        columns = list(column) if isinstance(column, Iterable) else [column]
+        if len(columns) not in (1, 3) or not all(isinstance(c, int) and c > 0 for c in columns):
             raise InputError(f"column must be a whole number above 0, or three of them, got {column!r}")
         rows, headed, clock = _read_columns(path, columns, units)
         if len(rows) < 2:
@@ -189,10 +190,11 @@ class BaseMotion(Displayed, Stage):
                 "ylabel": "acceleration of the ground [g]"}
 
     def displacement(self, times: Array) -> Array:
-        """Ground displacement since the stage began [m], shape (t, c).
+        """Displacement by the record since the stage began [m], one column per direction in ``units``, shape (t, c).
 
-        It is the exact second integral of the piecewise linear record. After the record the ground goes on at its last
-        velocity.
+        It is the exact second integral of the piecewise linear record, from rest: the velocity at which an earlier
+        record left the ground ("coast") is added by the run. Times after the record, within the last step of a run,
+        go on at its last velocity; what ``after`` says holds for the stages that follow.
 
         Parameters
         ----------

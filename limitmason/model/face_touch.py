@@ -58,8 +58,8 @@ def contact_gaps(assembly: Blockwork, pieces: BlockPieces) -> tuple[Array, Array
         g = _face_under(faces, slice(first[i.block_b], first[i.block_b + 1]), i.polygon, -i.normal)
         if f is None or g is None:
             continue
-        # heights of the corners over either face along its outward normal: the gap is less their sum
-        gap = i.polygon @ faces.normal[g] - faces.offset[g] - (faces.offset[f] - i.polygon @ faces.normal[f])
+        # the gap is the sum of the heights of a corner over both faces, each along its outward normal
+        gap = (i.polygon @ faces.normal[f] - faces.offset[f]) + (i.polygon @ faces.normal[g] - faces.offset[g])
         gaps[k] = gap.min(), gap.max()
         n, m = faces.normal[f], faces.normal[g]
         # between n and -m, without loss of digits at small angles

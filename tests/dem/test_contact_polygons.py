@@ -131,6 +131,22 @@ def test_a_face_that_takes_over_stores_the_energy_however_large_it_is(more):
     assert kn * (points.area * pressed).sum() == pytest.approx(kn * 0.04 * depth * np.sqrt(more), rel=1e-9)
 
 
+def test_a_joint_that_is_closed_beyond_its_crushing_hands_on_the_energy_that_it_stores():
+    # E = A fc^2 / (2 kn), however far it is closed
+    kn, fc, depth, side = 1e8, 500.0, 1e-5, 0.2
+    joint = lm.Joint.from_friction_coefficient(0.5, compressive_strength=fc, normal_stiffness=kn, shear_stiffness=kn)
+    blocks = [box((-1, -1, -1), (1, 1, 0)), box((-0.1, -0.1, 0), (0.1, 0.1, 0.2))]
+    pair = lm.Assembly.from_polyhedra(blocks, joint=joint, fixed=[0])
+    state = dem.initial_state(pair, lm.Loads.weight(pair), contact_points=(2, 2))
+    state.bodies.shift[1] = 0.0, 0.0, -depth
+    assert kn * depth > fc
+    stored = 0.04 * fc**2 / (2.0 * kn)
+    assert state.measured(pair).elastic_energy == pytest.approx(stored, rel=1e-9)
+    new, _ = heir_of(pair, state, [(-side, -side), (-side, side), (side, side), (side, -side)], -depth)
+    pressed = np.maximum(-new.points.gap, 0.0)
+    assert 0.5 * kn * (new.points.area * pressed**2).sum() == pytest.approx(stored, rel=1e-9)
+
+
 def test_a_face_presses_no_harder_for_the_sake_of_energy():
     # an edge that bears with N stores more than an even pressure of N on all of the face: what is over is let go
     kn, angle = 1e8, 1e-4

@@ -159,3 +159,18 @@ def test_a_file_that_is_called_as_another_module_is_not_taken_for_it(tmp_path, m
     other.parent.mkdir()
     other.write_text("def median(specimen):\n    return 2.0\n")
     assert [load_object(f"{f}:median", "--simulate")(None) for f in (other, own, other)] == [2.0, 1.0, 2.0]
+
+
+def test_a_noise_to_plan_with_goes_before_the_one_that_is_stated():
+    def bent(specimen, *, bend=0.0):
+        return 1.0 + specimen["x"] * bend
+
+    def seen_from(made, sd=None):
+        """Smallest size of the cause that is seen."""
+        return made.confusable(sd=sd).table()[0]["sizes"][0]
+
+    planned = study(bent, causes=(BEND,))
+    stated, own = seen_from(planned), seen_from(Study(SPECIMENS, bent, None, Noise(0.01), {}, causes=(BEND,)))
+    assert seen_from(planned, 0.04) == stated
+    assert own < 0.5 * stated
+    assert seen_from(planned, 0.01) == pytest.approx(own, rel=0.1)  # tables of another noise have other nodes

@@ -167,3 +167,19 @@ def test_the_tangent_of_loads_on_shapes_is_the_derivative_of_their_forces():
     differences = np.column_stack([(force(h * d) - force(-h * d)) / (2 * h) for d in np.eye(8)])
     turned = np.stack([np.zeros((3, 3)), turn - np.eye(3)])
     assert path.load_tangent(Pose(np.zeros((2, 3)), turned, q), 0.7)[0] == pytest.approx(differences, abs=1e-4)
+
+
+def test_forces_on_shapes_that_are_held_are_no_loads():
+    wall = bar(blocks=2)
+    loads = lm.Loads.weight(wall).with_point_load(wall, 1, (0, 0, -1e3), at=TOP, case="live")
+    loads = loads.with_point_load(wall, 2, (0, 0, -1e3), at=TOP, case="dead")
+    free = np.ones((3, 7), dtype=bool)
+    free[0], free[1, 6] = False, False  # of block 1 the one shape is held, block 2 has a free one
+    gradients = np.zeros((3, 1, 3, 3))
+    gradients[:, 0, 2, 2] = 1.0
+    path = PathLoads.of(loads, np.eye(7), free, gradients)
+    assert list(path.turning) == [1, 2]
+    assert path.live[1, 6] == 0.0
+    assert path.dead[2, 6] != 0.0
+    for wrench in (path.dead, path.live, *path.at(Pose(np.zeros((3, 3)), np.zeros((3, 3, 3)), np.zeros((3, 1))))):
+        assert not wrench[~free].any()

@@ -90,6 +90,12 @@ def test_the_unit_of_a_record_is_that_of_its_heading(tmp_path):
     read = BaseMotion.from_csv(path)
     assert np.allclose(read.acceleration, [0.5, -0.5])
     assert read.sample_step == pytest.approx(0.02)
+    # a word in brackets need be no unit: stated units go before it
+    path.write_text("t [s],a [furlong]\n0,1\n1,-1\n", encoding="utf-8")
+    assert np.allclose(BaseMotion.from_csv(path, units="m/s2").acceleration, [1.0, -1.0])
+    for columns in ((1, 2), (), 1.0):
+        with pytest.raises(lm.errors.InputError, match="column must be a whole number above 0, or three of them"):
+            BaseMotion.from_csv(path, units="m/s2", column=columns)
     for heading, message in (("t [s],a [ft/s2]", "says 'ft/s2'; give units="), ("t [min],a [g]", "time in 'min'")):
         path.write_text(f"{heading}\n0,1\n1,-1\n", encoding="utf-8")
         with pytest.raises(lm.errors.InputError, match=message):

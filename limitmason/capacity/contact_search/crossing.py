@@ -182,7 +182,10 @@ def off(shapes: Shapes, c: PathContacts, rows: Index, pose: Pose) -> Array:
 def faces_that_meet(
     assembly: Assembly, first: PathContacts, plane: Plane | None, size: float, firm: Index
 ) -> tuple[Shapes, PathContacts]:
-    """Faces that may meet on the way, and the first contacts with what they stand for there.
+    """Faces that may meet on the way, and the first contacts with the numbers that these have for them.
+
+    A contact point gets the ``face`` that it lies on, and its ``corner`` where it is one of a block or, in space, a
+    place where sides of two faces cross.
 
     Parameters
     ----------
@@ -192,7 +195,7 @@ def faces_that_meet(
     firm : rank of every block by :func:`.firmness`, the higher the firmer, shape (n,)
     """
     shapes, first = shapes_of(assembly, first, plane, size, firm)
-    shapes = shapes.with_openings(first)
+    shapes = shapes.with_open_pairs(first)
     if plane is None:
         shapes, first = with_crossings(shapes, first)
     return shapes, with_faces(shapes, first)

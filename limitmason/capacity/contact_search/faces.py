@@ -105,7 +105,7 @@ class Shapes(NamedTuple):
         row = np.minimum(np.searchsorted(self.open, pair), len(self.open) - 1)
         return np.where(self.open[row] == pair, self.opening[row], 0.0)
 
-    def with_openings(self, c: PathContacts) -> "Shapes":
+    def with_open_pairs(self, c: PathContacts) -> "Shapes":
         """These shapes with the pairs of blocks all of whose points ``c`` are open in the reference pose."""
         gap = np.einsum("mi,mi->m", c.directions[:, 0], c.place_b - c.place_a)
         pair, of = np.unique(self.pair(c.block_a, c.block_b), return_inverse=True)

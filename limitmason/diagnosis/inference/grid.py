@@ -20,6 +20,11 @@ class Grid:
     z : node values of each measured input in standard deviations from its measured value
     values : log predictions over the noise, shape (len of every axis ..., n)
 
+    Attributes
+    ----------
+    shape, n : length of every axis, those of sizes first; number of predictions at a node
+    nodes : ``values`` of all g nodes one after the other, the last axis running fastest, shape (g, n)
+
     Notes
     -----
     Wrong where predictions bend within one cell: all between nodes is linear. Tables are refined until they do not.
@@ -94,7 +99,7 @@ class Grid:
         Parameters
         ----------
         node : number of the node that a position is reached from, shape (b,)
-        position : index along every axis, with fractions, shape (b, d)
+        position : index along every axis, with fractions, shape (b, d); from 0 to the last node, as fits keep to
         """
         out = self.nodes[node]
         if not self.shape:
@@ -102,7 +107,7 @@ class Grid:
         index = np.unravel_index(node, self.shape)
         for axis, (i, length) in enumerate(zip(index, self.shape, strict=True)):
             move = position[:, axis] - i
-            # at the first node of an axis only the side after it has a neighbour
+            # at an end of an axis no position lies on the side without a neighbour, and a move of 0 needs none
             side = np.where((move > 0.0) | (i == 0), 1, -1)
             neighbour = list(index)
             neighbour[axis] = np.clip(i + side, 0, length - 1)

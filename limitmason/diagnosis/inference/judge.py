@@ -18,7 +18,7 @@ from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import dose_of, dosed
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, by_kind
-from limitmason.diagnosis.inference.gain import left_out
+from limitmason.diagnosis.inference.identification import DRAWN, against_draws, margin_of, unseen_values
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.rivals import DRIFT, Rivals
@@ -27,7 +27,6 @@ from limitmason.diagnosis.inference.verdict import CONDITIONS, Identification, R
 
 ROUNDS = 6  # of renewed tables of pairs
 PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as much as noise alone
-DRAWN = 699  # data sets drawn from the explanation: its own distribution of the excess
 LEVER = 2.0  # log-likelihood by which a name must beat every listed lever with another dependence
 CLOSE = 1e-6  # log-likelihood that rounding may be
 ODDS = 3.0  # the same over a drift in an order that is not recorded: 20 to 1
@@ -106,8 +105,8 @@ class Judge:
         Two kinds of one specimen are no evidence: what is peculiar to it may change both alike.
         """
         doses = any(c in self.design.numeric for c in self.design.own(names))
-        together = agree(kinds) and not self.design.alone
-        return len(names) == 1 and (together or (doses and not any(k.absent for k in kinds)))
+        one_size = agree(kinds) and not self.design.alone
+        return len(names) == 1 and (one_size or (doses and not any(k.absent for k in kinds)))
 
     def _nearest_lever(
         self, rivals: Rivals, names: Names, effect: np.ndarray, loglik: float, data: np.ndarray
@@ -127,7 +126,7 @@ class Judge:
             each = levers.each(data[None], like)[0]
             rival, beyond = levers.along[int(each.argmax())], loglik - float(each.max())
         over_drift = loglik - rivals.drift(names, effect, data[None], like)
-        # the one that lacks more of what is asked
+        # the one that is beaten by least beyond what is asked, or lacks most of it
         return (DRIFT, over_drift, ODDS) if over_drift - ODDS < beyond - asked else (rival, beyond, asked)
 
     def rivals(self, sd: float = 1.0) -> Rivals:
@@ -288,56 +287,37 @@ class Judge:
         return replace(verdict.without(rivalled), withdrawn=(), rivalled=tuple(rivalled), rival=nearest[1])
 
     def identification_of(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Identification:
-        """Record that holds one explanation against every model discrepancy.
+        """Record that holds one explanation against every model discrepancy, condition by condition.
 
         It is the first that ``verdict`` keeps; ``decision`` draws data from it.
         """
-        design, rule, names = self.design, self.rule, verdict.kept[0]
-        of_noise, folds = self.noise(verdict), self.folds
-        rivals, rehearsed = self.rivals(of_noise), self.missing(of_noise)
+        design, names = self.design, verdict.kept[0]
+        noise = self.noise(verdict)  # in stated units, as rivals and margins are kept by
+        rivals, margins = self.rivals(noise), self.missing(noise)
         fit, data = verdict.tested[names].fit, design.turned(y)
         sd, effect = design.noise_of(names, fit), design.effect(names, fit)
-        discrepancy, parts = rivals.of(names), rivals.parts(names, fit)
-        like, (value,) = design.like, fit.loglik
-        nearest = discrepancy.best(data[None], like)
-        rival, beyond, asked = self._nearest_lever(rivals, names, effect, float(value), data)
-        # the same statistics for data drawn from the explanation itself
-        rows = slice(0, min(DRAWN, decision.count))
-        drawn, z, replicate = decision.drawn(names, fit, rows)
-        again = design.fit(names, drawn, z, replicate)
-        # the inputs' own data are part of the draw: what the fit leaves of them is a shift of the values to first order
-        shifted = drawn - z @ (rivals.slopes * rivals.sd).T
-        excess = float(rivals.excess(names, fit, data, parts=parts)[0])
-        drawn_excess = rivals.excess(names, again, shifted, replicate, parts)
-        structure = float(rivals.structure(names, fit)[0])
-        drawn_structure = rivals.structure(names, again, replicate)
-        # chance of so small an excess, were the explanation true, and what one would then expect
-        p, expected = share_of(drawn_excess <= excess), float(np.median(drawn_excess))
+        discrepancy, (loglik,) = rivals.of(names), fit.loglik
+        rival, beyond, lever_margin = self._nearest_lever(rivals, names, effect, float(loglik), data)
+        against = against_draws(design, rivals, decision, names, fit, data)
         slope, error = dose_of(discrepancy, rivals.slopes, effect, data, sd)
         kinds = by_kind(design, effect, y, verdict.null.residuals[0], fit.residuals[0], sd)
-        together = len(names) == 1 and agree(kinds)
-        margin = rehearsed.agreed[names[0]] if together else max(rehearsed.margins[n] for n in names)
-        # log score of values left out: explanation, baseline, and the nearest bias
-        own, base = (left_out(design, n, data, folds).score for n in (names, ()))
-        miss, spread = discrepancy.left_out(nearest, data, folds)
-        by_fold = np.bincount(folds, weights=own - design.like.log_score(miss, spread * sd**2))
-        ahead = float(by_fold.sum())
-        ahead_error = float(np.sqrt(len(by_fold)) * by_fold.std(ddof=1)) if len(by_fold) > 1 else 0.0
+        margin = margin_of(names, kinds, margins)
+        unseen = unseen_values(design, discrepancy, names, data, self.folds, sd)
         holds = {  # by the names of ``CONDITIONS``
-            "lever": expected >= margin,
+            "lever": against.expected >= margin,
             "dose": dosed(slope, error),
-            "excess": excess >= margin,
-            "usual": p >= rule.usual,
-            "left out": float(np.sum(own - base)) > 0.0 and ahead + ahead_error >= 0.0,
-            "rival levers": beyond >= asked,
+            "excess": against.excess >= margin,
+            "usual": against.p >= self.rule.usual,
+            "left out": unseen.holds,
+            "rival levers": beyond >= lever_margin,
             "kinds": self._by_kinds(names, kinds),
         }
         return Identification(
             names=names, missing=tuple(name for name in CONDITIONS if not holds[name]),
-            along=discrepancy.along[nearest], excess=excess, margin=margin, expected=expected,
-            chance=float(np.mean(drawn_excess >= margin)), p=p, slope=slope, slope_error=error, ahead=ahead,
-            ahead_error=ahead_error, structure=share_of(drawn_structure >= structure), kinds=kinds, rival=rival,
-            rival_excess=beyond, alone=design.alone,
+            along=discrepancy.along[discrepancy.best(data[None], design.like)], excess=against.excess, margin=margin,
+            expected=against.expected, chance=float(np.mean(against.drawn >= margin)), p=against.p, slope=slope,
+            slope_error=error, ahead=unseen.ahead, ahead_error=unseen.ahead_error, structure=against.structure,
+            kinds=kinds, rival=rival, rival_excess=beyond, alone=design.alone,
         )
 
     def _second_gains(self, verdict: Verdict, names: Names, y: np.ndarray) -> float:

@@ -269,7 +269,10 @@ def alike(covariates: Mapping[str, Sequence]) -> list[int] | None:
 
 
 def circumstances(covariates: Mapping[str, Sequence]) -> dict[str, Sequence]:
-    """Columns of labels that by name are circumstances of a test, of shared noise.
+    """Columns of labels within which tests may share noise, by their names.
+
+    They are circumstances of a test, and the specimen: what is peculiar to one changes all values read on it. Labels
+    must differ, and repeat: noise that all rows share, or none, cannot be told from the rest.
 
     Parameters
     ----------
@@ -326,10 +329,14 @@ def seen_if_shared(design: Design, effects: np.ndarray) -> np.ndarray:
     ----------
     design : independent noise, known
     effects : whitened changes of the predictions, shape (b, n)
+
+    Returns
+    -------
+    d of every effect in units of the noise, shape (b,); minus infinity for one that changes nothing and is never seen
     """
     slopes = design.null.slopes
     extra, one = slopes @ slopes.T, np.eye(design.n)
-    out = np.full(len(effects), -np.inf)  # what stays so: no effect on any specimen, never seen
+    out = np.full(len(effects), -np.inf)
     for k, effect in enumerate(effects):
         groups = same(two_groups_by_effect(effect * design.scale))
         weight = np.linalg.solve((1.0 - PLAUSIBLE) * one + PLAUSIBLE * groups + extra, effect)

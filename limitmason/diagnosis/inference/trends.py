@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from scipy.special import fdtrc
@@ -20,12 +21,14 @@ class Trend:
     kind : "linear", "quadratic" or "group"
     basis : shape (n, k), columns orthonormal and orthogonal to the means
     means : orthonormal basis of the means that are taken out, shape (n, one or the number of kinds)
+    of_each : whether these are the means of each kind, not that of all rows
     """
 
     covariate: str
     kind: str
     basis: np.ndarray
     means: np.ndarray
+    of_each: bool
 
 
 class Trends:
@@ -90,7 +93,7 @@ class Trends:
                 k = basis.shape[1]
                 bends = kind != "quadratic" or k == 2 * len(parts)
                 if k and self.n - means.shape[1] - k >= 2 and bends:
-                    self.trends.append(Trend(name, kind, basis, means))
+                    self.trends.append(Trend(name, kind, basis, means, of_each=not whole))
         self._turn = np.concatenate([*self._means, *(s.basis for s in self.trends)], axis=1)
         self._starts = np.cumsum([0] + [s.basis.shape[1] for s in self.trends])
 
@@ -115,7 +118,8 @@ class Trends:
 
         Parameters
         ----------
-        turned : parts of the residuals along means and trends
+        turned : parts of the residuals along the mean of all rows, the means of each kind, and the trends one after the
+            other, as columns of ``self._turn`` stand, shape (b, all of these)
         whole : sum of their squares, shape (b,)
 
         Returns
@@ -127,10 +131,9 @@ class Trends:
         if not self.trends:
             return np.ones((len(whole), 0)), k, free
         squares, ends = turned**2, np.cumsum([0, *(m.shape[1] for m in self._means)])
-        # squares about the mean of all rows, or of each kind; trends hold the very arrays of these means, told by id
-        about = {id(m): whole - squares[:, a:b].sum(axis=1)
-                 for m, a, b in zip(self._means, ends, ends[1:], strict=False)}
-        total = np.array([about[id(t.means)] for t in self.trends]).T
+        # sums of squares about the mean of all rows, and about those of each kind, shape (b,)
+        about = [whole - squares[:, a:b].sum(axis=1) for a, b in pairwise(ends)]
+        total = np.array([about[t.of_each] for t in self.trends]).T
         along = np.add.reduceat(squares[:, ends[-1] :], self._starts[:-1], axis=1)
         return (along / k) / (np.maximum(total - along, 1e-12 * whole[:, None] + FLOOR) / free), k, free
 

@@ -154,6 +154,7 @@ def _in_order_of_geometry(
 
     Parameters
     ----------
+    problem : the static theorem, whose geometry gives the order
     law : of the problem, in the order of its own rows
     deadline : reading of ``time.perf_counter`` at which it stops
     options : accuracy, seed, floor and progress of :func:`search_smallest`
@@ -183,13 +184,11 @@ def _in_order_of_geometry(
             break
         if mirrored and time.perf_counter() > deadline:
             break
+        # a state that keeps the law for this psi is one to begin with, ``known``; little is then tried beside it, and
+        # by ``AT_REST`` nothing in the mirrored order
         if standard and not mirrored and exact(associative, ordered.law, options["accuracy"]):
             known, effort, at_rest = associative, AT_REST, True
-            trial = Trial(
-                strategy="associative state, which slides nowhere", sequential=np.nan, steps=0,
-                certified=associative.multiplier, violation=violation(ordered.law, associative).worst,
-                seconds=time.perf_counter() - since, best=associative.multiplier,
-            )
+            trial = _at_rest(ordered.law, associative, time.perf_counter() - since)
             if options["progress"] is not None:
                 options["progress"](trial)
         # of two orders the first has half of the time; without a limit both have no end
@@ -215,6 +214,17 @@ def _in_order_of_geometry(
     trials = tuple(t for _, outcome in tried for t in outcome.trials)
     stopped = interrupted or any(outcome.stopped for _, outcome in tried)
     return ordered, best._replace(trials=trials, stopped=stopped, interrupted=interrupted)
+
+
+def _at_rest(law: JointLaw, state: ForceState, seconds: float) -> Trial:
+    """The associative ``state`` as a trial of a search, which no run of its sequential scheme came to.
+
+    ``seconds`` is what it cost [s].
+    """
+    return Trial(
+        strategy="associative state, which slides nowhere", sequential=np.nan, steps=0, certified=state.multiplier,
+        violation=violation(law, state).worst, seconds=seconds, best=state.multiplier,
+    )
 
 
 def _starting_forces(law: JointLaw, deadline: float) -> tuple[Array, ForceState | None]:
