@@ -7,7 +7,9 @@ where the work is asked for. Both are in the units that the curve names.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from numbers import Integral
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.references import Citable, Cited
 from limitmason.arrays import Array
-from limitmason.checks import numbers
+from limitmason.checks import finite, numbers
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.storage.csv_table import Tabular
@@ -127,12 +129,14 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         n = len(self.displacement)
         if len(self.load) != n:
             raise InputError(f"the curve has {n} displacements and {len(self.load)} loads")
-        for name, values in self.errors.items():
-            if np.shape(values) != (n,):
-                raise InputError(f"error {name!r} has shape {np.shape(values)}, the curve {n} samples")
+        errors = {name: numbers(f"error {name!r}", values) for name, values in self.errors.items()}
+        for name, values in errors.items():
+            if values.shape != (n,):
+                raise InputError(f"error {name!r} has shape {values.shape}, the curve {n} samples")
+        object.__setattr__(self, "errors", errors)
         if len(self.states) not in (0, n):
             raise InputError(f"there are {len(self.states)} states for {n} samples")
-        outside = [e for e in self.events if not 0 <= e.index < n]
+        outside = [e for e in self.events if not isinstance(e.index, Integral) or not 0 <= e.index < n]
         if outside:
             raise InputError(f"event {outside[0].name!r} is at sample {outside[0].index} of a curve of {n}")
         object.__setattr__(self, "events", tuple(sorted(self.events, key=lambda e: e.index)))
@@ -191,7 +195,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         share : of the peak load [-]
         """
         top = self.peak
-        load = share * top.load
+        load = finite("share", share) * top.load
         below = np.flatnonzero(self._sense * (self.load[top.index :] - load) <= 0.0)
         if not len(below):
             return None
@@ -213,12 +217,17 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         Raises
         ------
         InputError
-            For shares out of order, and where the curve starts above the lower one.
+            For shares out of order, and where the curve starts above the lower one, rises without displacement, or has
+            no load in the sense of the push.
         """
-        if not 0.0 <= low < high <= 1.0:
+        if not 0.0 <= finite("low", low) < finite("high", high) <= 1.0:
             raise InputError(f"shares of the peak must satisfy 0 <= low < high <= 1, got {low!r} and {high!r}")
         top = self.peak
+        if not self._sense * top.load > 0.0:
+            raise InputError(f"the largest load is {top.load:g} {self.load_unit}: there is no way up to it")
         first, second = (self._crossing(share * top.load, top.index) for share in (low, high))
+        if first == second:
+            raise InputError(f"the load rises at one displacement, {first:g} {self.displacement_unit}: no secant there")
         return (high - low) * top.load / (second - first)
 
     def _crossing(self, load: float, last: int) -> float:
@@ -253,8 +262,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         """
         top, ultimate = self.peak, self.ultimate()
         out = {"peak": top.load, "drift at peak": top.displacement, "residual": float(self.load[-1])}
-        # a secant needs a way up, from below its lower end
-        if top.index and self._sense * (self.load[0] - _SECANT_FROM * top.load) <= 0.0:
+        with suppress(InputError):  # a secant needs a way up, from below its lower end
             out["stiffness"] = self.stiffness()
         if ultimate is not None:
             out["drift at 80 %"] = ultimate.displacement
@@ -306,7 +314,8 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         load : factor on loads [new unit / old unit]
         """
         return replace(
-            self, displacement=self.displacement * displacement, load=self.load * load,
+            self, displacement=self.displacement * finite("displacement", displacement),
+            load=self.load * finite("load", load),
             displacement_unit=displacement_unit, load_unit=load_unit,
         )
 

@@ -50,7 +50,7 @@ class Reference:
     Raises
     ------
     InputError
-        For a key that BibTeX could not read, an unknown kind, and no title.
+        For a key that BibTeX could not read, an unknown kind, no title, and authors in one text.
     """
 
     key: str
@@ -76,6 +76,8 @@ class Reference:
         choice(f"reference {self.key!r}: kind", self.kind, tuple(_HOUSE))
         if not self.title:
             raise InputError(f"reference {self.key!r} has no title")
+        if isinstance(self.authors, str):
+            raise InputError(f"reference {self.key!r}: authors are a list of names, write [{self.authors!r}]")
         object.__setattr__(self, "authors", tuple(self.authors))
 
     def __str__(self) -> str:

@@ -154,10 +154,10 @@ def flags(moved: Mapping[str, Array], joints: Sequence[str], least: float) -> di
     joints : names of the joints
     least : movement that counts, in the same unit
     """
-    largest = np.max(list(moved.values()), axis=0)
+    largest = np.argmax(list(moved.values()), axis=0)  # of equal ones the first
     return {
-        f"{name} {joint}": float(size == top > least)
-        for name, sizes in moved.items()
+        f"{name} {joint}": float(top == k and size > least)
+        for k, (name, sizes) in enumerate(moved.items())
         for joint, size, top in zip(joints, sizes, largest, strict=True)
     }
 
@@ -195,7 +195,8 @@ class Mechanism(ReadOnly):
         opened, slid = np.zeros(len(joints)), np.zeros(len(joints))
         np.maximum.at(opened, interface[of_joint], np.abs(self.opening)[of_joint])
         np.maximum.at(slid, interface[of_joint], np.linalg.norm(self.sliding, axis=1)[of_joint])
-        return flags({"opened": opened, "slid": slid}, joints, least * max(float(opened.max()), float(slid.max())))
+        largest = float(max(opened.max(initial=0.0), slid.max(initial=0.0)))
+        return flags({"opened": opened, "slid": slid}, joints, least * largest)
 
     def __repr__(self) -> str:
         return f"<Mechanism of {len(self.twists)} blocks, {len(self.moving_blocks())} of them moving>"

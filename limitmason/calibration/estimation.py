@@ -129,6 +129,8 @@ def calibrate(
     )
     groups = groups_of(entries, leave_out)
     by = "group" if isinstance(leave_out, Mapping) else str(leave_out)
+    if by == "test" and len({e.test for e in entries}) == 1:  # of one test its quantities were left out
+        by = "quantity"
     missed = None if groups is None else left_out(objective, groups, best, information, by, search.most)
     return Fit(
         objective=objective, minimum=best, minima=tuple(minima), information=information, slopes=slopes,

@@ -33,7 +33,7 @@ class JointModel:
     Raises
     ------
     InputError
-        For an unknown property, a kind that no joint has, a method without loads.
+        For an unknown property, a kind that no joint has, two parameters of one property, a method without loads.
     """
 
     assembly: Assembly
@@ -45,12 +45,19 @@ class JointModel:
     def __post_init__(self) -> None:
         """Check that the joints have what is named."""
         kinds = {i.kind for i in self.assembly.interfaces}
-        for name, (prop, where) in self.of.items():
+        taken: dict[tuple[str, str], str] = {}  # parameter by property and kind
+        for name, said in self.of.items():
+            if isinstance(said, str) or len(said) != 2 or isinstance(said[1], str):
+                raise InputError(f"{name!r}: write (property, [kinds]), as in ('cohesion', ['bed']), got {said!r}")
+            prop, where = said
             if prop not in PROPERTIES:
                 raise InputError(f"{name!r}: a joint has no {prop!r}; it has {', '.join(PROPERTIES)}")
             for kind in where:
                 if kind not in kinds:
                     raise InputError(f"{name!r}: no joint is of kind {kind!r}; kinds: {', '.join(sorted(kinds))}")
+            for kind in where or kinds:
+                if (other := taken.setdefault((prop, kind), name)) != name:
+                    raise InputError(f"{other!r} and {name!r} are both the {prop} of {kind} joints: one would be lost")
         if isinstance(self.run, str):
             if self.loads is None:
                 raise InputError(f"method {self.run!r} needs loads=")

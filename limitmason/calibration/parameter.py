@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.checks import finite, numbers, several
+from limitmason.checks import finite, law_number, numbers, several
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly, frozen
 
@@ -54,7 +54,8 @@ class Parameter:
         if pair.shape != (2,):
             raise InputError(f"parameter {self.name!r}: bounds (low, high) stand behind the start, got {self.bounds!r}")
         finite(f"parameter {self.name!r}: start", self.start)
-        low, high = self.bounds
+        low, high = pair.tolist()
+        object.__setattr__(self, "bounds", (low, high))
         if not (math.isfinite(low) and math.isfinite(high) and low < high):
             raise InputError(f"parameter {self.name!r}: bounds must be finite and increasing, got {self.bounds!r}")
         if not low <= self.start <= high:
@@ -63,8 +64,10 @@ class Parameter:
             raise InputError(f"parameter {self.name!r}: log=True needs a positive lower bound, got {low!r}")
         if self.resolution is None:
             object.__setattr__(self, "resolution", RELATIVE if self.log else OF_WIDTH * (high - low))
-        elif not self.resolution > 0.0:
-            raise InputError(f"parameter {self.name!r}: the resolution must be positive, got {self.resolution!r}")
+        else:
+            law_number(label := f"parameter {self.name!r}: the resolution", self.resolution, endless=True)
+            if not self.resolution > 0.0:
+                raise InputError(f"{label} must be positive, got {self.resolution!r}")
 
     def inner(self, value: float) -> float:
         """Coordinate of a value on the scale of the fit: its logarithm, or the value itself."""

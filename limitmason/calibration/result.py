@@ -18,6 +18,7 @@ from limitmason.calibration.least_squares import SAME, Slopes
 from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.runs import Model, taken
 from limitmason.calibration.simulated import Simulated, numbers_of
+from limitmason.calibration.targets import check_scatters
 from limitmason.checks import finite
 from limitmason.diagnosis import Cause, Diagnosis, Measured, Noise, Study
 from limitmason.display.text_table import aligned
@@ -200,6 +201,8 @@ class Fit(ReadOnly):
         if level is not None and not 0.0 < finite("level", level) < 1.0:
             raise InputError(f"level must lie between 0 and 1, got {level!r}")
         names, base, ratio, slopes = self._slopes(other)
+        if lost := [n for n, v in zip(names, base.tolist(), strict=True) if not math.isfinite(v)]:
+            raise InputError(f"the other model gives no finite {lost[0]!r} at the fitted parameters")
         spread = np.sqrt(np.einsum("ij,jk,ik->i", slopes, self.information.covariance, slopes))
         rise = self.objective.rise(self.minimum, self.level if level is None else level)
         reach = math.sqrt(rise / self.objective.variance(self.minimum)) * spread
@@ -258,15 +261,14 @@ class Fit(ReadOnly):
         Raises
         ------
         InputError
-            For no candidates, and a number that the model does not give, or that is 0.
+            For no candidates, a scatter outside 0 to 1, and a number that the model does not give, or that is 0.
         """
         if not candidates:
             raise InputError("no candidates are given")
         slopes, deviation = {}, math.sqrt(self.information.variance)
         for name, (model, scatter) in candidates.items():
             given, values, ratio, rows = self._slopes(model)
-            if unknown := [q for q in scatter if q not in given]:
-                raise InputError(f"candidate {name!r} gives no {unknown[0]!r}; it gives {', '.join(given)}")
+            check_scatters(name, scatter, given)
             at = {q: k for k, q in enumerate(given)}
             if zero := [q for q in scatter if not values[at[q]]]:
                 raise InputError(f"candidate {name!r}: {zero[0]!r} is 0, of which no relative scatter is told")
@@ -298,7 +300,7 @@ class Fit(ReadOnly):
         Raises
         ------
         InputError
-            For fewer than four such numbers, a name that was not fitted, or one that the data do not see.
+            For fewer than four such numbers, two of known scatter, a name not fitted, or one that the data do not see.
         """
         p = self.objective
         kept = [k for k, e in enumerate(p.entries) if e.relative]

@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
-from limitmason.checks import choice, finite
+from limitmason.checks import choice, count, finite, instance, numbers
 from limitmason.errors import InputError
 
 FIRST_CRACK = "first crack"
@@ -48,7 +48,7 @@ class Target:
 
     def __post_init__(self) -> None:
         """Check every field."""
-        values = np.atleast_1d(np.asarray(self.value, dtype=float))
+        values = np.atleast_1d(numbers("the value of a target", self.value))
         if values.ndim != 1 or not len(values) or not np.isfinite(values).all():
             raise InputError(f"a target needs one or more finite values, got {self.value!r}")
         if self.absolute and self.scatter is None:
@@ -78,7 +78,8 @@ class CurveTarget:
     Raises
     ------
     InputError
-        For unknown features, a feature that the measured curve lacks, nothing asked for.
+        For unknown features, nothing asked for, and a scatter of points where none are. A feature that the measured
+        curve lacks is refused by :func:`limitmason.calibrate`.
     """
 
     curve: Curve
@@ -89,10 +90,16 @@ class CurveTarget:
 
     def __post_init__(self) -> None:
         """Check every field."""
-        for name in self.features:
+        instance("the curve of a target", self.curve, Curve)
+        features = (self.features,) if isinstance(self.features, str) else tuple(self.features)
+        object.__setattr__(self, "features", features)
+        for name in features:
             choice("a feature of a curve", name, FEATURES)
-        if not self.features and self.points < 1:
+        object.__setattr__(self, "points", count("points along a curve", self.points, least=0))
+        if not features and not self.points:
             raise InputError("nothing is asked of the curve: name features or a number of points")
+        if self.point_scatter is not None and not self.points:
+            raise InputError("point_scatter is that of points along the curve, and none are asked for: give points=")
         if isinstance(self.scatter, Mapping):
             for name in self.features:
                 if name not in self.scatter:
@@ -314,6 +321,28 @@ def outputs_of(result: Any) -> Mapping[str, Any]:
     if isinstance(result, Prediction):
         return {"multiplier": result.collapse_multiplier}
     return {"value": result}
+
+
+def check_scatters(test: str, scatter: Mapping[str, float], given: Sequence[str]) -> None:
+    """Refuse relative scatters of a test that could be made, where they tell nothing.
+
+    Parameters
+    ----------
+    test : its name
+    scatter : of every number that would be measured, by its name [-]
+    given : names of the numbers that its model gives
+
+    Raises
+    ------
+    InputError
+        For no number, one that the model does not give, and a scatter outside 0 to 1.
+    """
+    if not scatter:
+        raise InputError(f"candidate {test!r} measures nothing: give the scatter of one of {', '.join(given)}")
+    for name, sd in scatter.items():
+        if name not in given:
+            raise InputError(f"candidate {test!r} gives no {name!r}; it gives {', '.join(given)}")
+        _check_scatter(sd)
 
 
 def _check_scatter(scatter: float | None, absolute: bool = False) -> None:

@@ -159,7 +159,7 @@ def standard(
     if overload:
         causes += [loads.overload_magnitude(), loads.eccentric_overload(), shape.block_density()]
     causes.append(measurement.angle_offset() if tilting else measurement.rig_friction())
-    recorded = tuple(covariates)
+    recorded = (covariates,) if isinstance(covariates, str) else tuple(covariates)
     if "order" in recorded:
         causes += [joints.wear(), measurement.sensor_drift()]
     if "height" in recorded:
@@ -169,7 +169,7 @@ def standard(
         causes.append(measurement.batch_shift(covariate=covariate, label=label))
         if covariate in DELIVERED:
             causes += delivered(label, covariate, plane=plane, overload=overload)
-    names, left_out = [c.name for c in causes], tuple(without)
+    names, left_out = [c.name for c in causes], (without,) if isinstance(without, str) else tuple(without)
     if unknown := [n for n in left_out if n not in names]:
         raise InputError(f"without: the list has no cause {unknown[0]!r}; it has {', '.join(names)}")
     methods = (method,) if isinstance(method, str) else tuple(method)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
-from limitmason.checks import choice
+from limitmason.checks import choice, numbers
 from limitmason.errors import InputError
 
 ACTS_ON = ("simulation", "measurement")
@@ -72,7 +72,10 @@ class Cause:
     drifts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        low, high = (float(b) for b in self.bounds)
+        pair = numbers(f"cause {self.name!r}: bounds", self.bounds)
+        if pair.shape != (2,):
+            raise InputError(f"cause {self.name!r}: bounds are a smallest and a largest size, got {self.bounds!r}")
+        low, high = pair.tolist()
         object.__setattr__(self, "bounds", (low, high))
         object.__setattr__(self, "baseline", float(self.baseline))
         if not (isfinite(low) and isfinite(high) and low < high):

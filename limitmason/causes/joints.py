@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.declare import Model, declare
-from limitmason.causes.measurement import entry
+from limitmason.causes.measurement import number
+from limitmason.checks import positive
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.elastic_joints import dead_load_stress
 from limitmason.model import Assembly, Joint, Loads
@@ -211,7 +212,7 @@ def wear(rate: float, assembly: Assembly, loads: Loads, specimen: Any = None, *,
     """
     if specimen is None:
         raise InputError("wear depends on the test: give specimen={'" + order + "': number of the test}")
-    factor = exp(-rate * (float(entry(specimen, order, "wear")) - 1.0))
+    factor = exp(-rate * (number(specimen, order, "wear") - 1.0))
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=KINDS), loads
 
 
@@ -230,6 +231,7 @@ def joint_softness(size: float, assembly: Assembly, loads: Loads, *, shear_ratio
     size.
     """
     added = size * MM_PER_MPA
+    positive("shear_ratio", shear_ratio)
 
     def in_series(stiffness: float | None, compliance: float) -> float:
         """Stiffness [Pa/m] with a compliance [m/Pa] more; no stiffness counts as rigid."""
@@ -283,8 +285,11 @@ def _stiffness_of(*, kinds: Iterable[str], joint: Sequence[str] | None) -> Mappi
 
     For all kinds they are those declared, and nothing is returned.
     """
-    kinds = tuple(kinds)
+    if isinstance(kinds, str) or not (kinds := tuple(kinds)):
+        raise InputError(f"kinds must be several names such as ('bed', 'base'), or one such as ('base',): {kinds!r}")
     if joint is not None:
+        if set(kinds) != set(KINDS):
+            raise InputError("joint is one joint, whatever its kind: leave kinds out")
         called = "|".join(joint)
         where = {"name": f"loose joint {called}", "physics": f"the joint {called} is loose or cracked: kn, ks x size"}
         return where | {"parameter": "loose_" + "".join(c if c.isalnum() else "_" for c in called)}

@@ -8,9 +8,13 @@ import numpy as np
 from limitmason.causes.declare import Model, declare
 from limitmason.causes.wrenches import Direction, live_direction, overload_of, shared_acceleration, turned
 from limitmason.checks import choice
-from limitmason.errors import NotApplicable
+from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry.rotation import axial, rotation_matrices
 from limitmason.model import Assembly, Loads
+from limitmason.model.input import read_direction
+
+LEVEL = 1e-9
+"""Largest height of a unit vector that counts as horizontal."""
 
 
 @declare(
@@ -28,8 +32,9 @@ def eccentric_overload(size: float, assembly: Assembly, loads: Loads, *, directi
     ----------
     direction : horizontal vector; None is the direction of the live load
     """
-    d = live_direction(loads) if direction is None else np.asarray(direction, dtype=float)
-    d = d / np.linalg.norm(d)
+    d = live_direction(loads) if direction is None else read_direction("direction", direction)
+    if direction is not None and abs(d[2]) > LEVEL:
+        raise InputError(f"an eccentric overload needs a horizontal direction, got {direction!r}")
     extra, dead = overload_of(assembly, loads), np.array(loads.dead)
     arms = 1e-3 * size * d[:, None] * extra[:, None, :3]
     dead[:, 3:] += axial(arms)

@@ -8,6 +8,7 @@ from math import atan, exp, radians, tan
 from typing import Any
 
 from limitmason.causes.declare import declare
+from limitmason.checks import finite
 from limitmason.errors import InputError
 
 ORDER = ("order", "sequence", "time", "date")  # columns that hold the order of tests
@@ -28,6 +29,21 @@ def entry(specimen: Any, name: str, cause: str) -> Any:
         return specimen[name] if hasattr(specimen, "keys") else getattr(specimen, name)
     except (KeyError, AttributeError):
         raise InputError(f"cause {cause!r} needs {name!r} in every specimen") from None
+
+
+def number(specimen: Any, name: str, cause: str) -> float:
+    """The number that a specimen holds under a name.
+
+    Raises
+    ------
+    InputError
+        Naming the cause that needs it.
+    """
+    value = entry(specimen, name, cause)
+    try:
+        return finite(f"cause {cause!r}: {name!r} of a specimen", float(value))
+    except (TypeError, ValueError):
+        raise InputError(f"cause {cause!r}: {name!r} of a specimen must be a number, got {value!r}") from None
 
 
 @declare(
@@ -80,7 +96,7 @@ def sensor_drift(size: float, prediction: float, specimen: Any, *, order: str = 
     ----------
     order : name under which every specimen holds the number of its test, 1 for the first
     """
-    return prediction * exp(size * (float(entry(specimen, order, "sensor drift")) - 1.0))
+    return prediction * exp(size * (number(specimen, order, "sensor drift") - 1.0))
 
 
 def _displaced(factor: float, prediction: float, quantity: str) -> float:
@@ -127,7 +143,7 @@ def control_point(
     InputError
         For a size that puts the sensor below the base.
     """
-    above = float(entry(specimen, height, "wrong control point"))
+    above = number(specimen, height, "wrong control point")
     if above + size <= 0.0:
         raise InputError(f"a control point {size:g} m above a height of {above:g} m is below the base")
     return _displaced(1.0 + size / above, prediction, quantity)
@@ -156,7 +172,7 @@ def rig_compliance(
     """
     if quantity == "stiffness":
         return prediction / (1.0 + size * prediction)
-    return prediction + size * float(entry(specimen, peak, "rig compliance"))
+    return prediction + size * number(specimen, peak, "rig compliance")
 
 
 def _shifted(*, covariate: str, label: Any) -> Mapping[str, Any]:
@@ -210,5 +226,5 @@ def rig_friction(size: float, prediction: float, specimen: Any, *, per: str | No
     per : name of what the force grows with, such as the overload on the rollers; the size is then a coefficient
     unit : of the size, for reports
     """
-    times = 1.0 if per is None else float(entry(specimen, per, "friction of the rig"))
+    times = 1.0 if per is None else number(specimen, per, "friction of the rig")
     return max(prediction + size * times, FLOOR * prediction)

@@ -15,6 +15,7 @@ from limitmason.geometry.rotation import rotation_matrices
 from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.mechanics.elastic_joints import elastic_displacements
 from limitmason.model import Assembly, Loads, Material
+from limitmason.model.input import read_vector
 from limitmason.model.interface import COS_45
 
 ROUNDS = 30  # of the secant method for the multiplier at which blocks stand displaced
@@ -39,7 +40,7 @@ def out_of_plumb(size: float, assembly: Assembly, loads: Loads, *, direction: Di
     ----------
     direction : horizontal direction of the lean; None is that of the live load
     """
-    d = live_direction(loads) if direction is None else np.asarray(direction, dtype=float)
+    d = live_direction(loads) if direction is None else read_vector("direction", direction)
     axis = np.cross((0.0, 0.0, 1.0), d)
     if np.linalg.norm(axis) < 1e-9:
         said = "out-of-plumb needs a horizontal direction: give direction="

@@ -191,6 +191,8 @@ def table(
         raise InputError("give either cases or source")
     cases = list(cases)
     wanted = _quantities(quantities, cases)
+    if "kinds" in arguments and not isinstance(arguments["kinds"], str):
+        arguments["kinds"] = tuple(arguments["kinds"])  # those of an iterator are for every experiment
     rows: list[Row] = []
     for k, case in enumerate(cases, 1):
         reached((k - 1) / len(cases), case.specimen, share=1.0 / len(cases))

@@ -14,6 +14,7 @@ from limitmason.capacity.analysis import whole_pushover
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.step_length import Steps
+from limitmason.checks import choice
 from limitmason.comparison.wall_modes import joint_motions, mode_of_shares
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.experiment import Experiment
@@ -144,6 +145,7 @@ def wall_curve(test: Experiment, *, to: float = FURTHEST, tries: int = TRIES, by
     energy is one of area. Largest force and drift are those of one monotonic push. Cycles take more, and crushing does
     not go on to spall. The DEM pushes cantilevers and walls whose two ends are held; others are refused by name.
     """
+    choice("by", by, ("pushover", DEM))
     begun = time.process_time()
     if test.options["coarse"] == 1:  # its default: who asks for another coarseness keeps it
         test = test.with_options(coarse=coarseness(test))

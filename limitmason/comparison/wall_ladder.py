@@ -134,6 +134,7 @@ def predict_walls(
     choice("method", method, LADDER)
     if method == "formulas" and options:
         raise InputError(f"options: the formulas have no assembly, and no {', '.join(options)}")
+    walls = [walls] if isinstance(walls, str) else walls
     names = list(USUAL.get(method, registry.specimens(NAME)) if walls is None else walls)
     chosen = {} if method == "formulas" else {**MODELS.get(method, MODELS["extended"]), **(options or {})}
     memo = Memo(store, kind=dict)

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.curve import Curve
+from limitmason.checks import count as whole
+from limitmason.checks import finite
 from limitmason.diagnosis.observations import EvidenceKind, Observation
 from limitmason.errors import InputError
 
@@ -42,10 +44,7 @@ def features(specimen: Any, curve: Curve, *, load_error: float, displacement_err
     InputError
         For an error that is not positive, and a curve pushed the other way.
     """
-    if not (load_error > 0.0 and displacement_error > 0.0):
-        raise InputError(
-            f"the errors of load and displacement must be positive, got {load_error!r} and {displacement_error!r}"
-        )
+    _check_errors(load_error, displacement_error)
     _refuse_other_way(specimen, curve)
     found, top = curve.quantities, curve.peak
     near = curve.displacement[curve.load >= (1.0 - 2.0 * load_error) * top.load]
@@ -97,8 +96,10 @@ def points(
     Raises
     ------
     InputError
-        For a predicted curve that is missing or too short, and a curve pushed the other way.
+        For errors that are not positive, a predicted curve that is missing or too short, and one pushed the other way.
     """
+    _check_errors(load_error, displacement_error)
+    count = whole("count", count)
 
     def read(curve: Curve, some: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Displacements, loads and relative errors of ``some`` evenly spaced points."""
@@ -126,6 +127,13 @@ def points(
         )
         for specimen, curve in measured.items() for at, value, sd in zip(*read(curve, int(effective)), strict=True)
     ], effective
+
+
+def _check_errors(load_error: float, displacement_error: float) -> None:
+    """Refuse errors of loads [-] and of displacements that are not positive."""
+    for name, error in (("load", load_error), ("displacement", displacement_error)):
+        if not finite(f"the error of {name}", error) > 0.0:
+            raise InputError(f"the errors of load and displacement must be positive, got {name}_error={error!r}")
 
 
 def _refuse_other_way(specimen: Any, curve: Curve) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from limitmason.checks import choice
+from limitmason.checks import choice, instance, positive
 from limitmason.diagnosis.specimens import name_of
 from limitmason.errors import InputError
 from limitmason.vibration import ModalTest
@@ -86,6 +86,7 @@ class Observation:
 
     def __post_init__(self) -> None:
         """Take kind and link that are not stated from the name, and check every field."""
+        instance(f"the quantity of specimen {self.specimen}", self.quantity, str, "its name")
         choice(f"{self._called}: kind", self.kind, (*EvidenceKind, ""))
         choice(f"{self._called}: link", self.link, ("log", "identity", SEEN, ""))
         guessed = next((k for k, words in KIND_OF.items() if _begins(self.quantity, words)), EvidenceKind.FORCE)
@@ -98,8 +99,8 @@ class Observation:
             raise InputError(f"{self._called} is {self.value!r}; a number is needed, NaN where it is missing") from None
         if np.isinf(self.value) or (self.link == "log" and self.value <= 0.0):
             raise InputError(f"{self._called} is {self.value!r}; a logarithmic scale takes positive finite values")
-        if self.scatter is not None and not (np.isfinite(self.scatter) and self.scatter > 0.0):
-            raise InputError(f"{self._called}: the scatter must be a positive number, got {self.scatter!r}")
+        if self.scatter is not None:
+            positive(f"{self._called}: the scatter", self.scatter)
         if self.scatter is not None and self.link == "log" and self.scatter >= 1.0:
             raise InputError(f"{self._called}: scatter is relative, 0.05 is 5 %; got {self.scatter!r}")
         if self.seen and not (self.value in (0.0, 1.0) or np.isnan(self.value)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, InitVar, dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -247,9 +247,19 @@ class Statement(ReadOnly):
         ----------
         causes, sizes : one or two causes and their sizes
         z : measured inputs in standard deviations from their values; none is the values themselves
+
+        Raises
+        ------
+        InputError
+            For another number of sizes than of causes, or of values than of inputs with an error.
         """
         z = tuple(z) or tuple(0.0 for _ in self.tabulator.free)
-        return unlinked(self.tabulator.evaluate(tuple(causes), [(tuple(sizes), z)])[0], self.rows.log)
+        causes, sizes = tuple(causes), tuple(sizes)
+        free = len(self.tabulator.free)
+        if len(causes) != len(sizes) or len(z) != free:
+            raise InputError(f"{len(causes)} causes have {len(sizes)} sizes, and {free} inputs with an error {len(z)} "
+                             "values: give one for each")
+        return unlinked(self.tabulator.evaluate(causes, [(sizes, z)])[0], self.rows.log)
 
     @property
     def unstated(self) -> tuple[str, ...]:
@@ -269,6 +279,8 @@ def rows_of(measured: Any, rows: Any, specimens: Sequence[Any]) -> Rows:
     rows : rows known before, or None
     specimens : what was tested
     """
+    if isinstance(measured, Iterator):
+        measured = list(measured)
     if measured is not None and len(measured) and all(isinstance(o, Observation) for o in measured):
         return Rows.read(list(measured), specimens)
     if isinstance(rows, Rows):

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.cause import Cause, check_causes
+from limitmason.checks import count
 from limitmason.diagnosis.cause_tables import ASSUMED_NOISE, PoolGrids
 from limitmason.diagnosis.error_rates import Rehearsal, planted, rehearse
 from limitmason.diagnosis.inference.design import Design
@@ -19,7 +20,7 @@ from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.next_tests import Confusable, NextTests, confusable
 from limitmason.diagnosis.inference.noise import DRAWS, Draws, Noise
 from limitmason.diagnosis.inference.shared_noise import Shares, estimated_shares
-from limitmason.diagnosis.inference.verdict import Rule
+from limitmason.diagnosis.inference.verdict import Rule, fewest_draws
 from limitmason.diagnosis.observations import linked
 from limitmason.diagnosis.report import Diagnosis
 from limitmason.diagnosis.result import Findings, checked_by_group
@@ -147,14 +148,14 @@ class Study(Statement):
         causes : the list that the verdict is conditional on; measurement causes belong to every list. None is that of
             the study
         seed : of the bootstrap; the same seed gives the same verdict
-        draws : most bootstrap draws
+        draws : most bootstrap draws; fewer than 99 cannot reach the default thresholds
         pairs : whether two causes are tried when no single one is left
         rule : thresholds
 
         Raises
         ------
         InputError
-            Without measured values.
+            Without measured values, and for too few draws.
 
         Notes
         -----
@@ -163,6 +164,7 @@ class Study(Statement):
         """
         if self.measured is None:
             raise InputError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
+        draws, seed = count("draws", draws, least=fewest_draws(rule or Rule())), count("seed", seed, least=0)
         reached(None, "tables")
         asked = self._checked(causes)
         causes = self.tables.computable(asked)
@@ -229,9 +231,10 @@ class Study(Statement):
 
         A sampler of posteriors takes it.
 
-        -sum (r^2 / 2 + log sd) - sum z^2 / 2, with r the measured from the predicted values over their stated noise,
-        Student errors where these are stated. Predictions come from the tables, in which the effects of several causes
-        add up. Noise shared by tests is not in it. Minus infinity outside the tables.
+        -sum (r^2 / 2 + log sd) - sum z^2 / 2, with r the measured from the predicted values over their stated noise. A
+        noise from replicates is taken as known, whatever its degrees of freedom. Predictions come from the tables, in
+        which the effects of several causes add up. Noise shared by tests is not in it. Minus infinity outside the
+        tables.
 
         Parameters
         ----------
@@ -256,6 +259,9 @@ class Study(Statement):
         elif other := [c for c in sizes if not isinstance(c, Cause)]:
             raise InputError(f"sizes are told by cause, not by {other[0]!r}")
         z = tuple(z)
+        if len(z) not in (0, len(self.tabulator.free)):
+            free = ", ".join(self.tabulator.free) or "none"
+            raise InputError(f"z has {len(z)} numbers, these inputs have an error: {free}")
         r = (linked(self.measured, self.rows.log) - self.tables.between(sizes, z)) / self.scale
         if not np.isfinite(r).all():
             return float("-inf")
@@ -310,6 +316,7 @@ class Study(Statement):
         rule : thresholds
         progress : told after each trial in a line what was hidden and what was found
         """
+        n = count("n", n, least=0)
         causes, rule = self._listed(causes), replace(rule or Rule(), screen=True)  # no p of a hopeless cause is wanted
         if hide is None:
             known = self.known_design(causes, sd)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.special import ndtr
 
+from limitmason.checks import count
 from limitmason.diagnosis.cause_tables import PoolGrids
 from limitmason.diagnosis.inference import identifying_tests, next_tests
 from limitmason.diagnosis.inference.design import Design, Names
@@ -52,7 +53,7 @@ def suggest(
     InputError
         For an empty pool, more tests than the pool holds, or a cost that is not positive.
     """
-    pool = list(pool)
+    pool, k = list(pool), count("k", k, least=0)
     if not 1 <= k <= len(pool):
         raise InputError(f"k must lie between 1 and the size of the pool ({len(pool)}), got {k}")
     price = np.array([float(costs.get(q, 1.0)) for q in there.rows.quantities])

@@ -9,6 +9,7 @@ from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 
 from limitmason.causes.cause import Cause
 from limitmason.checks import choice
+from limitmason.checks import count as count_of
 from limitmason.diagnosis.inference.grid import Tabulation
 from limitmason.diagnosis.inference.noise import Measured
 from limitmason.diagnosis.observations import Rows
@@ -81,10 +82,11 @@ class Tabulator:
         if len(self.free) not in NODES:
             raise InputError(f"at most {max(NODES)} measured inputs can have an error, got {', '.join(self.free)}")
         self.noise = noise
-        self.levels = levels
+        self.levels = count_of("levels", levels)
         # levels: values of an input at which the simulator is called; nodes: where the table is interpolated. Both in
         # standard deviations. Calls multiply with every input, so several have the mean and both ends alone
-        count = nuisance_levels or (5 if len(self.free) == 1 else 3)
+        own = 5 if len(self.free) == 1 else 3
+        count = own if nuisance_levels is None else count_of("nuisance_levels", nuisance_levels, least=3)
         reaches = [m.reach(REACH) for m in self.free.values()]
         self.z_levels = tuple(through_zero(*reach, count) for reach in reaches)
         counts = [max(m, count) for m in NODES[len(reaches)]]

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Unpack
 
 import numpy as np
 
 from limitmason.build.arguments import courses_from, unit_size
 from limitmason.build.wall import wall
-from limitmason.checks import choice, positive
+from limitmason.checks import choice, numbers, positive
 from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, MECHANISMS, get_method, options_by_method
 from limitmason.model.assembly import Assembly
@@ -24,6 +24,7 @@ Build = Callable[[Unit], tuple[Assembly, Loads]]
 SIZES = (0.25, 0.5, 1.0, 2.0)
 IN_PLANE, WHOLE = "in plane", "whole block"
 MONOLITH = "monolith"
+OUTWARDS = (0.0, 1.0, 0.0)
 UNIT_COLUMNS = ("unit_length", "unit_height", "unit_thickness")
 _PIECES = ("overturning", "sliding")
 """Mechanisms of a structure that moves in one piece, as the catalogue names them."""
@@ -51,7 +52,7 @@ def block_size_study(
     *,
     unit: Unit | None = None,
     vary: str = IN_PLANE,
-    direction: tuple[float, float, float] = (0.0, 1.0, 0.0),
+    direction: tuple[float, float, float] | None = None,
     options: Mapping[str, Mapping[str, Any]] | None = None,
     **runs: Unpack[RunOptions],
 ) -> Table:
@@ -64,10 +65,10 @@ def block_size_study(
     build : arguments of ``limitmason.build.wall``, or a function of the unit that returns assembly and loads
     sizes : of the blocks over the reference unit [-], for all methods or by method (the DEM is slow on small blocks)
     methods : "associative" (the default), "non-associative", "dem", ...; the keys of ``sizes`` where that is a mapping
-    unit : reference unit (length, height, thickness) [m]; taken from the wall's arguments when they are given
+    unit : reference unit (length, height, thickness) [m], where the wall's arguments do not name it
     vary : "in plane" scales length and height of the units at fixed wall thickness; "whole block" scales the thickness
         too, and with it t / H of the wall
-    direction : of the horizontal load, for walls given by their arguments
+    direction : of the horizontal load, for walls given by their arguments; (0, 1, 0) where omitted
     options : settings by method
     runs : executor, workers, store and progress of :func:`limitmason.study.sweep`
 
@@ -83,7 +84,7 @@ def block_size_study(
     ------
     InputError
         For an unknown ``vary`` or method, a size that does not fit the height, methods given beside sizes by method,
-        and options of methods not asked for.
+        options of methods not asked for, a unit given twice, and a direction beside a building function.
 
     Notes
     -----
@@ -94,12 +95,16 @@ def block_size_study(
         arguments = dict(build)
         if "unit" not in arguments and unit is None:
             raise InputError("the wall's arguments name no unit")
-        wall_unit = arguments.pop("unit", None)
-        unit = wall_unit if unit is None else unit
+        if "unit" in arguments and unit is not None:
+            raise InputError("the wall's arguments name the unit: leave unit= out, or take it out of them")
+        unit = arguments.pop("unit", unit)
+        direction = OUTWARDS if direction is None else direction
         # the height of the wall stays, in metres: courses of the reference unit would be others of a larger one
         _, tall, _ = unit_size(unit)
         arguments["height"] = tall * courses_from(arguments.get("height"), arguments.pop("courses", None), tall)
         build = functools.partial(_wall, arguments, direction)
+    elif direction is not None:
+        raise InputError("direction is for walls given by their arguments: a building function returns its own loads")
     elif unit is None:
         raise InputError("give the reference unit=(length, height, thickness) with a building function")
     by_method = _sizes_by_method(sizes, methods)
@@ -141,8 +146,10 @@ def _sizes_by_method(
             raise InputError("sizes are given by method: leave methods out")
     else:
         methods = (methods,) if isinstance(methods, str) else methods
+        sizes = list(sizes) if isinstance(sizes, Iterable) else sizes  # those of an iterator are for every method
         sizes = dict.fromkeys((ASSOCIATIVE,) if methods is None else methods, sizes)
-    return {m: list(dict.fromkeys(map(float, own))) for m, own in sizes.items()}
+    own = {m: list(v) if isinstance(v, Iterable) else v for m, v in sizes.items()}
+    return {m: list(dict.fromkeys(numbers(f"sizes for {m!r}", v).ravel().tolist())) for m, v in own.items()}
 
 
 def _wall(arguments: Mapping[str, Any], direction: tuple[float, float, float], unit: Unit) -> tuple[Assembly, Loads]:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Unpack
 
 import numpy as np
 
+from limitmason.checks import count, finite
 from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, get_method, options_by_method
 from limitmason.model.assembly import Assembly
@@ -25,7 +26,7 @@ POINTS = (2, 3, 4, 6, 8, 12, 16, 20)
 @of_model
 def with_dilatancy(assembly: Assembly, share: float) -> Assembly:
     """The assembly with psi = share x phi in every joint, 0 <= share <= 1."""
-    if not 0.0 <= share <= 1.0:
+    if not 0.0 <= finite("share", share) <= 1.0:
         raise InputError(f"share must be psi / phi from 0 to 1, got {share!r}")
     return assembly.with_joints(lambda joint: replace(joint, dilatancy_angle_deg=share * joint.friction_angle_deg))
 
@@ -67,7 +68,7 @@ def dilatancy_study(
     At psi = 0 the ratio is that of Table 5 of Godio, Stefanou, Sab 2017, the change at psi = phi that of their Figs 12
     and 15. Between 0 and phi the limit analysis finds the smallest admissible multiplier: it may stay below the DEM.
     """
-    methods = (methods,) if isinstance(methods, str) else tuple(methods)
+    methods, shares = (methods,) if isinstance(methods, str) else tuple(methods), _listed("shares", shares)
     chosen = options_by_method(methods, options)
     if blind := [m for m in methods if not get_method(m).feels("dilatancy")]:
         raise InputError(
@@ -90,6 +91,13 @@ def dilatancy_study(
         change = 100.0 * abs(at_zero - row["multiplier"]) / at_zero if at_zero else np.nan
         rows.append({**row, "ratio": ratio, "change": change})
     return Table(tuple(rows), table.units)
+
+
+def _listed(name: str, values: Any) -> list[Any]:
+    """Values as a list, which may be gone through twice; a single one is refused by its name."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise InputError(f"{name} must be a list: write [{values!r}]")
+    return list(values)
 
 
 def _at_dilatancy(
@@ -132,7 +140,7 @@ def contact_point_study(
     shares : psi / phi [-]
     along : points along the unit
     reference : also the associative program on the same points, which more points never lower
-    options : of the DEM
+    options : of the DEM, but for its ``contact_points``
     runs : executor, workers, store and progress of :func:`limitmason.study.sweep`
 
     Returns
@@ -140,19 +148,25 @@ def contact_point_study(
     Table
         method, share, points, multiplier, low, high, status.
 
+    Raises
+    ------
+    InputError
+        For fewer than 2 points, shares outside 0 to 1, and ``contact_points`` among the options.
+
     Notes
     -----
     Figs 3, 11 and 12 of Godio, Stefanou, Sab 2017: 8 points suffice there. In the DEM at psi = 0 elasticity spreads
     the pressure and torsion falls to that of uniform pressure; at psi = phi dilation carries it back to the corners.
     """
-    if any(n < 2 for n in points):
-        raise InputError(f"at least 2 contact points across are needed, got {min(points)}")
+    points = [count("points across the thickness", n, least=2) for n in _listed("points", points)]
+    shares, chosen = _listed("shares", shares), dict(options or {})
+    if "contact_points" in chosen:
+        raise InputError("options: contact_points are what is studied, give points= and along=")
     for share in shares:
         with_dilatancy(assembly, share)
     jobs = [{"method": DEM, "share": float(s), "points": int(n)} for s in shares for n in points]
     if reference:
         jobs += [{"method": ASSOCIATIVE, "share": 1.0, "points": int(n)} for n in points]
-    chosen = dict(options or {})
     key = ("contact points", assembly, loads, jobs, along, chosen)
     return sweep(functools.partial(_at_points, assembly, loads, along, chosen), jobs, key=key, **runs)
 

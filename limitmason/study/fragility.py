@@ -90,8 +90,8 @@ def fragility(table: Table, intensity: str, failed: str, *, level: float = 0.9) 
     Raises
     ------
     InputError
-        For intensities that are not positive, runs that all failed or all stood, and failures that grow rarer with
-        the intensity.
+        For columns that the table does not have, intensities that are not positive, runs that all failed or all stood,
+        and failures that grow rarer with the intensity.
     NotConverged
         Where no run that stood was shaken harder than one that failed: the dispersion is then not to be told.
 
@@ -104,6 +104,8 @@ def fragility(table: Table, intensity: str, failed: str, *, level: float = 0.9) 
     """
     if not 0.0 < finite("level", level) < 1.0:
         raise InputError(f"level must lie between 0 and 1, got {level!r}")
+    if lost := [c for c in (intensity, failed) if c not in table.columns]:
+        raise InputError(f"the table has no column {lost[0]!r}; columns: {', '.join(table.columns)}")
     x, y = (numbers(f"column {c!r}", [np.nan if v is None else v for v in table[c]]) for c in (intensity, failed))
     kept = np.isfinite(x) & np.isfinite(y)
     if not np.isin(y[kept], (0.0, 1.0)).all():

@@ -362,6 +362,7 @@ def sobol(
     names, joints, parameters = _variables(build, joints, parameters, {})
     if len(names) < len(joints) + len(parameters):
         raise InputError("Sobol indices are for values drawn per assembly; a field of values has no single index")
+    samples = count("samples", samples)
     if samples < 2 or samples & (samples - 1):  # Sobol points are even over the cube in powers of two alone
         raise InputError(f"samples must be a power of two, got {samples!r}")
     d, seed = len(names), count("seed", seed, least=0)
@@ -382,9 +383,10 @@ def sobol(
     if not np.isfinite(value).all():
         bad = int((~np.isfinite(value)).sum())
         raise InputError(f"{bad} of {len(value)} samples have no finite multiplier: narrow the distributions")
+    f_ab = value[2 * samples :].reshape(d, 1, samples)
+    # scipy fails at a single variable: it is given twice, and the second left out
     given = {"f_A": value[None, :samples], "f_B": value[None, samples : 2 * samples],
-             "f_AB": value[2 * samples :].reshape(d, 1, samples)}
+             "f_AB": np.repeat(f_ab, 2, axis=0) if d == 1 else f_ab}
     found = stats.sobol_indices(func=given, n=samples)
-    return SobolIndices(
-        tuple(names), np.ravel(found.first_order).astype(float), np.ravel(found.total_order).astype(float), table
-    )
+    first, total = (np.ravel(x).astype(float)[:d] for x in (found.first_order, found.total_order))
+    return SobolIndices(tuple(names), first, total, table)

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from limitmason.arrays import Array
+from limitmason.checks import count, law_number
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
 from limitmason.study.table import Table
@@ -80,7 +81,7 @@ def running(table: Table, column: str) -> Running:
     Raises
     ------
     InputError
-        With fewer than two finite values.
+        For a column that the table does not have, and with fewer than two finite values.
     """
     value = _numbers(table, column)
     kept = value[np.isfinite(value)]
@@ -129,10 +130,12 @@ class Stop:
 
     def __post_init__(self) -> None:
         """Check every field."""
-        if not (self.mean > 0.0 and self.variation > 0.0):
-            raise InputError(f"errors of a stopping rule must be positive, got {self.mean!r} and {self.variation!r}")
-        if self.every < 1 or self.least < 2:
-            raise InputError(f"every must be at least 1 and least at least 2, got {self.every!r} and {self.least!r}")
+        for name in ("mean", "variation"):
+            law_number(name, value := getattr(self, name), endless=True)
+            if not value > 0.0:
+                raise InputError(f"errors of a stopping rule must be positive, got {name} = {value!r}")
+        for name, least in (("every", 1), ("least", 2)):
+            object.__setattr__(self, name, count(name, getattr(self, name), least))
 
     def __call__(self, table: Table) -> bool:
         """Whether the table has enough."""
@@ -144,6 +147,8 @@ class Stop:
 
 def _numbers(table: Table, column: str) -> Array:
     """A column of a table as numbers."""
+    if column not in table.columns:
+        raise InputError(f"the table has no column {column!r}; columns: {', '.join(table.columns)}")
     found = table[column]
     if found.dtype == object:
         raise InputError(f"column {column!r} holds no numbers")

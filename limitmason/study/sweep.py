@@ -10,6 +10,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, TypedDict
 
+from limitmason.checks import count
 from limitmason.display.progress import reached, taken_up, watched
 from limitmason.errors import InputError
 from limitmason.study.memo import Memo
@@ -81,9 +82,7 @@ def sweep(
     if rows and progress is not None:
         progress(f"{len(rows)} of {len(points)} runs are in {store}")
     # without a rule to stop by, all points are one batch
-    size = len(points) if enough is None else batch or len(points)
-    if size < 1:
-        raise InputError(f"batch must be at least 1, got {batch!r}")
+    size = len(points) if enough is None or batch is None else count("batch", batch)
     taken_up(len(rows) / len(points))
     clock, done, end = time.perf_counter(), 0, 0
     while end < len(points):
@@ -143,7 +142,10 @@ def _points(parameters: Any) -> list[dict[str, Any]]:
         if empty is not None or not values:
             raise InputError(f"parameter {empty!r} has no values" if values else "no parameters are given")
         return [dict(zip(values, point, strict=True)) for point in product(*values.values())]
-    points = [dict(p) for p in parameters]
+    try:
+        points = [dict(p) for p in parameters]
+    except (TypeError, ValueError):
+        raise InputError("parameters must be values by name, or a list of points, each a mapping by name") from None
     if not points:
         raise InputError("no points are given")
     if any(p.keys() != points[0].keys() for p in points):

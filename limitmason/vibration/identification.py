@@ -105,7 +105,7 @@ def identify_modes(
     Closely spaced modes need more channels than modes and long records. Noise that is not white shows as modes of its
     own. Damping of a record of n periods scatters by about sqrt(1 / (2 pi zeta n)).
     """
-    y = np.asarray(signals, dtype=float)
+    y = numbers("signals", signals)
     if y.ndim != 2 or not np.isfinite(y).all():
         raise InputError(f"signals must be finite, one column per channel, got shape {y.shape}")
     positive("step between samples", step, "s")

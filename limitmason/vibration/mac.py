@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import numbers
 from limitmason.display.notebook import Displayed
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
@@ -235,6 +236,8 @@ def mac(
         if not (sensors is None and points is None and frequencies is None):
             raise InputError("a ModalTest has its own sensors and frequencies: leave sensors, points, frequencies out")
         sensors = tests[0].sensors
+        if len(tests) == 2:
+            _check_same_sensors(*tests)
         frequencies = tests[0].frequency if len(tests) == 1 else (tests[0].frequency, tests[1].frequency)
     a, b = (m.shape if isinstance(m, ModalTest) else m for m in (a, b))
     for name, m in (("a", a), ("b", b)):
@@ -261,7 +264,9 @@ def mac(
         return _compared((u @ matrix @ v.T, u @ matrix @ u.T, v @ matrix @ v.T), frequency)
     where, weight = compared_points(a, b, points, masses, weighted)
     u, v = (as_rows(m, where, along) for m in (a, b))
-    if u.shape[1] != v.shape[1]:
+    # points without directions: of shapes without a model they are those at which these were taken
+    chosen = points is not None and along is None and where is not None
+    if u.shape[1] != v.shape[1] or (chosen and u.shape[1] != 3 * len(where)):  # type: ignore[arg-type]
         wanted = "say with sensors= where and along what each number was taken"
         if points is not None:
             wanted = f"shapes at points have three components each; of sensors with one, {wanted}"
@@ -272,6 +277,19 @@ def mac(
     check_zeros(u, v, np.flatnonzero(kept), along is not None)
     unseen = tuple(unseen_modes(m, where, along) for m in (a, b))
     return _compared(((u.conj() * w) @ v.T, (u.conj() * w) @ u.T, (v.conj() * w) @ v.T), frequency, unseen)
+
+
+def _check_same_sensors(a: ModalTest, b: ModalTest) -> None:
+    """Refuse two tests whose sensors stand at other places, look along other directions or come in another order."""
+    (place, along), (other_place, other_along) = placed(a.sensors), placed(b.sensors)
+    if len(place) != len(other_place):
+        raise InputError(f"the tests have {len(place)} and {len(other_place)} sensors: compare those they share")
+    same = np.isclose(np.hstack([place, along]), np.hstack([other_place, other_along])).all(axis=1)
+    if not same.all():
+        raise InputError(
+            f"sensor {int(np.argmin(same))} of the two tests differs in place or direction: take the sensors that they "
+            "share, in one order and with one sign"
+        )
 
 
 def _compared(
@@ -315,7 +333,7 @@ def _frequencies(a: Shapes, b: Shapes, given: ArrayLike | None) -> list[Array]:
     if len(without) == 2 and (len(pair) != 2 or not all(np.ndim(p) == 1 for p in pair)):
         raise InputError("both sets come without a model: give their frequencies as a pair, (first, second)")
     for i, one in zip(without, pair, strict=True):
-        own = np.asarray(one, dtype=float)
+        own = numbers("frequencies", one)
         if own.shape != out[i].shape:
             raise InputError(f"frequencies must have shape {out[i].shape}, one for each shape, got {own.shape}")
         out[i] = own
@@ -333,8 +351,13 @@ def _free_vectors(m: Modes) -> Array:
     """Shapes of the modes ``m`` of a model on its free unknowns, in their order, shape (k, r)."""
     # the numbers of the unknowns, spread as a shape is, show in which entry of a shape each stands; held ones are 0
     r = m.system.mass.shape[0]
-    numbers = m.system.spread(np.arange(1.0, r + 1.0)).ravel()
-    place = np.zeros(r, dtype=np.intp)
-    held = numbers == 0.0
-    place[np.round(numbers[~held]).astype(np.intp) - 1] = np.flatnonzero(~held)
-    return np.asarray(m.shape.reshape(len(m), -1)[:, place])
+    shown = m.system.spread(np.arange(1.0, r + 1.0)).ravel()
+    shape, at = m.shape.reshape(len(m), -1), np.flatnonzero(shown)
+    if np.array_equal(np.sort(shown[at]), np.arange(1.0, r + 1.0)):
+        return np.asarray(shape[:, at[np.argsort(shown[at])]])
+    # unknowns along other axes, as those of a plane that is turned: each is a part at right angles to the others
+    out = np.empty((len(m), r))
+    for k in range(r):
+        own = m.system.spread(np.eye(1, r, k)[0]).ravel()
+        out[:, k] = shape @ own / (own @ own)
+    return out

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from scipy.optimize import linear_sum_assignment
 
 from limitmason.arrays import Array
+from limitmason.checks import not_negative, numbers
 from limitmason.errors import InputError
 from limitmason.model.input import read_vector
 from limitmason.storage.frozen import ReadOnly
@@ -45,7 +46,7 @@ class ModalTest(ReadOnly):
     Raises
     ------
     InputError
-        For shapes that do not fit the sensors, that are zero, or frequencies that are not positive.
+        For shapes that do not fit the sensors, that are zero or complex, or frequencies that are not positive.
 
     Notes
     -----
@@ -63,11 +64,16 @@ class ModalTest(ReadOnly):
         if not isinstance(self.sensors, Sequence):
             raise InputError(f"sensors must be a list of (point, direction), got {self.sensors!r}")
         placed(self.sensors)
-        frequency, shape = np.asarray(self.frequency, dtype=float), np.array(self.shape, dtype=float)
+        if np.iscomplexobj(self.shape) and np.any(np.imag(self.shape)):
+            raise InputError("shape must be real: compare complex shapes by mac, or turn each to its real part first")
+        frequency, shape = numbers("frequency", self.frequency), numbers("shape", np.real(self.shape))
+        not_negative("close", self.close)
+        if frequency.ndim != 1:
+            raise InputError(f"frequency must be a list, one number for each mode [Hz], got {self.frequency!r}")
         if shape.shape != (len(frequency), len(self.sensors)) or not np.isfinite(shape).all():
             wanted = f"({len(frequency)}, {len(self.sensors)})"
             raise InputError(f"shape must be finite, one row per mode and a column per sensor {wanted}: {shape.shape}")
-        if not (frequency > 0.0).all() or not np.abs(shape).max(axis=1).all():
+        if not ((frequency > 0.0) & np.isfinite(frequency)).all() or not np.abs(shape).max(axis=1).all():
             raise InputError("every mode needs a positive frequency and a shape that is not zero at all sensors")
         largest = np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
         object.__setattr__(self, "frequency", frequency)

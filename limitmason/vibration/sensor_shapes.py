@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array, Index
+from limitmason.checks import numbers
 from limitmason.errors import InputError
 from limitmason.vibration.modes import Modes
 
@@ -103,9 +104,11 @@ def compared_points(
     tuple
         Points [m], shape (p, 3), and masses [kg], shape (p,); None where there are none.
     """
-    given = None if masses is None else np.asarray(masses, dtype=float)
+    given = None if masses is None else numbers("masses", masses)
+    if given is not None and (given.ndim != 1 or not np.isfinite(given).all() or (given < 0.0).any()):
+        raise InputError(f"masses must be a column of finite numbers that are not negative [kg], got {masses!r}")
     if points is not None:
-        where = np.atleast_2d(np.asarray(points, dtype=float))
+        where = np.atleast_2d(numbers("points", points))
         if weighted and given is None:
             raise InputError("give the masses that chosen points stand for, or compare plainly (weighted=False)")
         if given is not None and given.shape != (len(where),):
@@ -121,6 +124,9 @@ def compared_points(
     coarse = min(models, key=lambda m: int(m.system.carrier.moving.sum()))
     kept = coarse.system.carrier.moving
     weight = coarse.system.carrier.masses[kept] if weighted else None
+    if given is not None and len(given) != kept.sum():
+        raise InputError(f"masses must have shape ({int(kept.sum())},), one for each block or node that moves: "
+                         f"got {given.shape}; or give the points that they stand for")
     return coarse.places[kept], given if given is not None else weight
 
 
@@ -158,8 +164,8 @@ def per_component(weight: Array, length: int) -> Array:
     Parameters
     ----------
     weight : mass of every place [kg], shape (p,)
-    length : components of a shape, a multiple of p
+    length : components of a shape, p of sensors or 3 p of points
     """
-    if length % len(weight):
+    if length not in (len(weight), 3 * len(weight)):
         raise InputError(f"{len(weight)} masses do not fit shapes of {length} components")
     return np.repeat(weight, length // len(weight))

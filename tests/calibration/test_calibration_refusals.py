@@ -6,7 +6,7 @@ import pytest
 from calibrated_models import power_law
 
 import limitmason as lm
-from limitmason.calibration import Parameter, SearchSettings, calibrate
+from limitmason.calibration import CurveTarget, JointModel, Parameter, SearchSettings, Target, calibrate
 
 
 @pytest.mark.parametrize(
@@ -89,3 +89,51 @@ def test_region_without_an_answer_is_a_wall():
     fit = calibrate(model, {"a": (3.9, 0.1)}, [Parameter("x", 1.0, (0.1, 9.0))], leave_out=None)
     assert fit.parameters["x"] == pytest.approx(3.9, rel=1e-4)
     assert fit.interval["x"][1] == pytest.approx(4.0, rel=1e-2)
+
+
+def power_fit():
+    return calibrate(power_law, {"a": (6.3, 0.05), "b": (1.4, 0.05)},
+                     [Parameter("x", 1.0, (0.1, 9.0)), Parameter("y", 1.0, (0.1, 9.0))], level=None)
+
+
+def test_a_fit_asks_another_model_for_numbers_and_scatters_that_tell_something():
+    fit = power_fit()
+    assert fit.left_out.by == "quantity"  # what "test" means where there is one
+    for scatter, message in (({"z": 0.0}, "must be positive"), ({"z": -0.1}, "must be positive"),
+                             ({"z": 3.0}, "relative"), ({"z": math.nan}, "finite"), ({}, "measures nothing"),
+                             ({"q": 0.1}, "gives no 'q'")):
+        with pytest.raises(lm.errors.InputError, match=message):
+            fit.next_test({"more": (lambda x, y: {"z": x * y}, scatter)})
+    with pytest.raises(lm.errors.InputError, match="no finite 'value'"):
+        fit.predict(lambda x: math.nan)
+
+
+CURVE = lm.Curve([0, 1, 2, 3], [0, 5, 6, 4])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: Parameter("x", 1.0, (0.1, 9.0), resolution="fine"), "resolution must be a number"),
+        (lambda: Target("tall"), "target must be numbers"),
+        (lambda: CurveTarget(None), "curve of a target"),
+        (lambda: CurveTarget(CURVE, points=2.5), "whole number"),
+        (lambda: CurveTarget(CURVE, 0.05, point_scatter=0.1), "give points="),
+    ],
+)
+def test_wrong_statements_are_named(call, message):
+    with pytest.raises(lm.errors.InputError, match=message):
+        call()
+
+
+def test_features_of_a_curve_may_come_from_an_iterator():
+    assert CurveTarget(CURVE, 0.05, features=iter(("peak",))).features == ("peak",)
+
+
+def test_two_parameters_of_one_property_of_a_joint_are_refused():
+    wall = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0))
+    with pytest.raises(lm.errors.InputError, match="'one' and 'all' are both the cohesion of bed joints"):
+        JointModel(wall, lambda _: 1.0, of={"one": ("cohesion", ["bed"]), "all": ("cohesion", [])})
+    JointModel(wall, lambda _: 1.0, of={"one": ("cohesion", ["bed"]), "other": ("cohesion", ["head"])})
+    with pytest.raises(lm.errors.InputError, match="write .property, .kinds.."):
+        JointModel(wall, lambda _: 1.0, of={"one": ("cohesion", "bed")})

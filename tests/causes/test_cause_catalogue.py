@@ -13,7 +13,7 @@ import limitmason as lm
 from limitmason import causes as catalogue
 from limitmason.causes.cause import Extension
 from limitmason.diagnosis import Cause
-from limitmason.errors import NotApplicable
+from limitmason.errors import InputError, NotApplicable
 from limitmason.study.run_fingerprint import fingerprint
 
 
@@ -393,3 +393,30 @@ def test_causes_that_take_their_direction_from_a_vertical_live_load_do_not_apply
             cause.apply(1.0, *model)
     with pytest.raises(lm.errors.InputError, match="horizontal direction"):
         catalogue.out_of_plumb(direction=(0.0, 0.0, 1.0)).apply(1.0, *model)
+
+
+def test_one_covariate_by_name_is_read_whole_and_no_letter_by_letter():
+    names = [c.name for c in catalogue.standard(covariates="order", without="gain")]
+    assert {"wear", "sensor drift"} <= set(names)
+    assert "gain" not in names
+
+
+@pytest.mark.parametrize(("call", "message"), [
+    (lambda: catalogue.joint_stiffness(kinds="base"), "several names"),
+    (lambda: catalogue.joint_stiffness(kinds=()), "several names"),
+    (lambda: catalogue.joint_stiffness(kinds=("base",), joint=("a", "b")), "leave kinds out"),
+    (lambda: catalogue.joint_softness(shear_ratio=0.0).apply(1.0, *block()), "shear_ratio must be positive"),
+    (lambda: catalogue.eccentric_overload(direction=(0, 0, 0)).apply(1.0, *wall()), "not zero"),
+    (lambda: catalogue.eccentric_overload(direction=(0, 0, 1)).apply(1.0, *wall()), "horizontal direction"),
+    (lambda: catalogue.wear(order="date").apply(0.1, *wall(), specimen={"date": "May"}), "'date' .* must be a number"),
+    (lambda: catalogue.sensor_drift(order="date").apply(0.1, 1.0, {"date": "May"}), "'date' .* must be a number"),
+    (lambda: catalogue.gain(1.2), "smallest and a largest size"),
+    (lambda: catalogue.gain(("low", 2.0)), "bounds must be numbers"),
+])
+def test_wrong_options_of_causes_are_named(call, message):
+    with pytest.raises(InputError, match=message):
+        call()
+
+
+def test_a_number_of_a_test_may_come_as_text():
+    assert catalogue.sensor_drift().apply(0.1, 1.0, {"order": "2"}) == pytest.approx(math.exp(0.1))

@@ -431,3 +431,9 @@ def test_table_takes_cases_or_a_source():
         comparison.table([experiments.load(FERRIS, "wall-1")], source=FERRIS)
     assert comparison.table(source="pavia-tilting") == ()
     assert len(comparison.table(source="pavia-tilting", with_model=None)) == 36
+
+
+def test_kinds_from_an_iterator_are_those_of_every_experiment():
+    cases = [experiments.load("pavia-tilting", name) for name in ("S1", "S2")]
+    rows = comparison.table(cases, kinds=iter(("measured",)))
+    assert {r.specimen for r in rows} == {"S1", "S2"}

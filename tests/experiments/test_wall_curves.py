@@ -5,6 +5,7 @@ import pytest
 
 from limitmason import experiments
 from limitmason.comparison.wall_curves import WallCurve, wall_curve
+from limitmason.errors import InputError
 from limitmason.experiments.modern_walls import MODELS
 
 NAME = "modern-walls"
@@ -82,3 +83,8 @@ def test_wall_that_crushes_under_its_load_is_named_and_has_no_curve():
     found = wall_curve(load("22", sigma0=9.0))
     assert "sigma0 = 9 MPa is above fc" in found.status
     assert found.force == []
+
+
+def test_a_method_that_follows_no_wall_is_refused():
+    with pytest.raises(InputError, match="by must be one of 'pushover', 'dem'"):
+        wall_curve(load("22"), by="limit")

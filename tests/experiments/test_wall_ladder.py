@@ -112,3 +112,7 @@ def test_command_writes_the_table_and_goes_on(tmp_path, capsys):
     assert "wall 189:" not in shown.err
     assert "V_low [kN]" in shown.out
     assert main(["predict", NAME, "--method", "blocks"]) == 2
+
+
+def test_one_wall_by_its_number_is_that_wall():
+    assert [p.wall for p in predict_walls("formulas", "124", spread=False)] == ["124"]

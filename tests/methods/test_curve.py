@@ -26,6 +26,25 @@ def test_peak_and_ultimate_of_a_rocking_block():
     assert curve.ultimate(0.0).load == pytest.approx(0.0, abs=1e-12)
 
 
+def test_a_curve_without_a_way_up_has_no_stiffness():
+    rigid = lm.Curve([0.0, 0.0, 1.0], [0.0, 10.0, 10.0])
+    assert set(rigid.quantities) == {"peak", "drift at peak", "residual"}
+    for curve, why in ((rigid, "one displacement"), (lm.Curve([0, 1], [0, 0]), "no way up"),
+                       (lm.Curve([0, 1, 2], [-5, -3, -4]), "no way up")):
+        with pytest.raises(InputError, match=why):
+            curve.stiffness()
+        assert "stiffness" not in curve.quantities
+
+
+def test_a_curve_keeps_its_own_errors_and_leaves_those_of_its_maker_alone():
+    energy = np.array([0.0, 0.1])
+    curve = lm.Curve([0, 1], [0, 1], errors={"energy": energy})
+    energy[1] = 9.0
+    assert curve.errors["energy"][1] == 0.1
+    with pytest.raises(InputError, match="'crack' is at sample 0.5"):
+        lm.Curve([0, 1], [0, 1], events=(Event("crack", 0.5),))
+
+
 def test_curve_recorded_the_other_way_is_the_mirror_image():
     u = np.linspace(0.0, 10.0, 201)
     one = lm.Curve(u, np.where(u < 3.0, 4.0 * u, 12.0 - 0.5 * (u - 3.0)), "mm", "kN")

@@ -3,6 +3,7 @@
 import json
 import math
 
+import numpy as np
 import pytest
 from walls import on_slab
 
@@ -11,7 +12,7 @@ import limitmason as lm
 import mechanisms
 from dem.stages.resuming import RunStatus
 from limitmason import formats
-from limitmason.answers.results import Bound, BoundKind, ContactModel, FlowRule, Prediction, Status
+from limitmason.answers.results import Bound, BoundKind, ContactModel, FlowRule, Mechanism, Prediction, Status
 from limitmason.capacity.outcomes import PathEnd
 from limitmason.errors import InputError
 from limitmason.model.stages import Settle
@@ -149,3 +150,8 @@ def test_how_a_run_ended_is_a_member_of_a_closed_set_that_reads_as_before(tmp_pa
     assert dem.History.load(tmp_path / "history.npz", wall).status is RunStatus.FINISHED
     assert isinstance(lm.pushover(wall, loads).status, PathEnd)
     assert isinstance(dem.collapse(wall, loads, error_budget=(), contact_points=(2, 2)).status, Status)
+
+
+def test_a_joint_that_opens_as_far_as_it_slides_is_not_counted_twice():
+    moved = Mechanism(np.zeros((2, 6)), np.array([1.0, 0.1]), np.array([[1.0], [0.5]]))
+    assert moved.pattern(np.array([0, 1]), ["a", "b"]) == {"opened a": 1, "opened b": 0, "slid a": 0, "slid b": 1}

@@ -194,6 +194,20 @@ def test_sobol_gives_all_variance_to_what_the_multiplier_depends_on():
     assert len(found.table) == 64 * 4
 
 
+def test_sobol_of_one_variable_gives_it_all():
+    slenderness = {"slenderness": study.Random(study.uniform(3.0, 6.0))}
+    found = study.sobol(stacked, 16, "mechanisms", parameters=slenderness)
+    assert found.first == pytest.approx([1.0], abs=0.2)
+    assert found.total == pytest.approx([1.0], abs=0.2)
+
+
+def test_a_study_takes_an_iterator_for_every_method_it_runs():
+    one_by_one = study.block_size_study(BRICKS, iter((0.5, 1.0)), ("associative", "mechanisms"))
+    assert one_by_one == study.block_size_study(BRICKS, (0.5, 1.0), ("associative", "mechanisms"))
+    shares = study.dilatancy_study(*make_wall(), iter((1.0,)), ("non-associative",))
+    assert list(shares["share"]) == [1.0]
+
+
 @pytest.mark.parametrize("call, message", [
     (lambda: study.monte_carlo(make_wall(), 2), "nothing is random"),
     (lambda: study.monte_carlo(make_wall(), 2, joints={"phi": DRAWS["cohesion"]}), "joint property .* got 'phi'"),
@@ -222,6 +236,17 @@ def test_sobol_gives_all_variance_to_what_the_multiplier_depends_on():
     (lambda: study.block_size_study(BRICKS, methods=()), "name at least one"),
     (lambda: study.block_size_study(BRICKS, options={"dem": {}}), "'dem', which is not among"),
     (lambda: study.contact_point_study(*make_wall(), (1, 2)), "at least 2"),
+    (lambda: study.contact_point_study(*make_wall(), (2.5,)), "whole number"),
+    (lambda: study.contact_point_study(*make_wall(), (2,), options={"contact_points": (2, 2)}), "points= and along="),
+    (lambda: study.dilatancy_study(*make_wall(), 0.5), "shares must be a list"),
+    (lambda: study.block_size_study(BRICKS, unit=(0.4, 0.1, 0.2)), "leave unit= out"),
+    (lambda: study.block_size_study(lambda _: make_wall(), unit=BRICKS["unit"], direction=(1, 0, 0)), "its own loads"),
+    (lambda: study.sobol(make_wall(), "8", joints={"cohesion": study.Random(study.normal(9, 0.1))}), "samples"),
+    (lambda: study.Stop("multiplier", every=2.5), "every must be a whole number"),
+    (lambda: study.Stop("multiplier", mean="1"), "mean must be a number"),
+    (lambda: study.running(study.sweep(square, {"x": [1, 2]}), "y"), "no column 'y'"),
+    (lambda: study.sweep(square, {"x": [1]}, batch=1.5, enough=lambda _: False), "batch must be a whole number"),
+    (lambda: study.sweep(square, [1]), "a list of points"),
     (lambda: scaled_unit((1, 1, 1), 1.0, "height"), "vary"),
     (lambda: study.block_size_study({**BRICKS, "unit": (0.2, 0.1)}), r"unit must be \(length, height, thickness\)"),
     (lambda: study.block_size_study({k: v for k, v in BRICKS.items() if k != "height"}), "one of height and courses"),

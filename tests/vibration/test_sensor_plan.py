@@ -89,3 +89,54 @@ def test_modes_that_no_sensor_sees_are_named(found, read):
 def test_tables_that_do_not_fit_the_plan_are_refused_with_what_to_do(found, read, shapes, more, message):
     with pytest.raises(InputError, match=message):
         lm.mac(found, shapes(read), **{"sensors": PLAN, **more})
+
+
+def test_two_tests_are_compared_at_the_same_sensors_alone(read):
+    # one sensor turned about and its numbers with it: the same motion, once given a criterion below one
+    turned = [(PLAN[0][0], "-y"), *PLAN[1:]]
+    back = ModalTest(turned, HZ, read * np.array([-1, 1, 1, 1, 1, 1]))
+    with pytest.raises(InputError, match="sensor 0 of the two tests"):
+        lm.mac(ModalTest(PLAN, HZ, read), back)
+    with pytest.raises(InputError, match="6 and 5 sensors"):
+        lm.mac(ModalTest(PLAN, HZ, read), ModalTest(PLAN[:5], HZ, read[:, :5]))
+    assert np.diag(lm.mac(ModalTest(PLAN, HZ, read), ModalTest(PLAN, HZ, -read)).values) == pytest.approx(1.0)
+
+
+def test_masses_and_points_must_fit_what_they_weigh(found, read):
+    motion = found.at([point for point, _ in PLAN])
+    wrong = {
+        "masses must have shape": lambda: lm.mac(found, found, weighted=True, masses=[1.0]),
+        "12 masses do not fit": lambda: lm.mac(read, read, weighted=True, masses=[1.0] * 12),
+        "not negative": lambda: lm.mac(read, read, weighted=True, masses=[1.0, -1.0, 1.0, 1.0, 1.0, 1.0]),
+        "cannot be compared": lambda: lm.mac(motion, motion, points=[(0.0, 0.0, 0.0)]),
+        "3 masses": lambda: lm.mac(read, read, weighted=True, masses=[1.0] * 3),
+    }
+    for words, call in wrong.items():
+        with pytest.raises(InputError, match=words):
+            call()
+
+
+def test_a_test_takes_real_shapes_and_leaves_the_arrays_of_its_maker_alone(read):
+    with pytest.raises(InputError, match="shape must be real"):
+        ModalTest(PLAN, HZ, read * (1.0 + 0.5j))
+    with pytest.raises(InputError, match="frequency must be a list"):
+        ModalTest(PLAN, 7.7, read[:1])
+    with pytest.raises(InputError, match="positive frequency"):
+        ModalTest(PLAN, [7.7, 21.0, np.inf], read)
+    own = HZ.copy()
+    test = ModalTest(PLAN, own, read)
+    own[0] = 1.0
+    assert test.frequency[0] == 7.7
+
+
+@pytest.mark.parametrize("turn_deg", [30.0, 90.0])
+def test_modes_of_a_plane_that_is_turned_are_orthogonal_by_mass(turn_deg):
+    joint = lm.Joint(35.0, normal_stiffness=5e10, shear_stiffness=2e10)
+    wall = lm.build.wall(length=0.8, courses=3, unit=(0.4, 0.2, 0.2), joint=joint)
+    c, s = np.cos(np.radians(turn_deg)), np.sin(np.radians(turn_deg))
+    wall = wall.with_material(lm.Material(young_modulus=1e10, poisson_ratio=0.2)).transformed(
+        [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]
+    )
+    shapes = lm.modes(wall, count=3, blocks="simply deformable", stress="plane stress")
+    # unknowns along turned axes were once read from the wrong entries: 0.9 beside the diagonal
+    np.testing.assert_allclose(lm.mac(shapes, shapes, weighted=True).values, np.eye(3), atol=1e-9)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, replace
-from math import inf, isfinite
+from math import inf
 from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
 
-from limitmason.checks import numbers
+from limitmason.checks import law_number, numbers
 from limitmason.errors import InputError
 
 DRAWS = 1999  # of the bootstrap; 399 cannot resolve a threshold of 0.005
@@ -43,8 +43,11 @@ class Measured:
     bounds: tuple[float, float] = (-inf, inf)
 
     def __post_init__(self) -> None:
-        if not (isfinite(self.value) and isfinite(self.sd)) or self.sd < 0:
+        given = numbers("a measured input", (self.value, self.sd))
+        if not np.isfinite(given).all() or self.sd < 0:
             raise InputError(f"a measured input needs a finite value and an error of at least 0, got {self}")
+        if numbers("bounds of a measured input", self.bounds).shape != (2,):
+            raise InputError(f"bounds of a measured input are a lowest and a highest value, got {self.bounds!r}")
         if not self.bounds[0] <= self.value <= self.bounds[1]:
             raise InputError(f"a measured input must lie within its bounds, got {self}")
 
@@ -93,6 +96,8 @@ class Noise:
             if np.any(sd >= 1.0) and not self.by_row:
                 raise InputError(f"noise is relative: 0.04 is 4 %; got {self.sd!r}, which is 100 % or more")
             object.__setattr__(self, "sd", float(sd) if sd.ndim == 0 else tuple(float(s) for s in sd))
+        if self.dof is not None:
+            law_number("degrees of freedom of the noise", self.dof, endless=True)
         if self.dof is not None and (self.sd is None or not self.dof >= 1):
             raise InputError("degrees of freedom need a standard deviation from replicates and must be at least 1")
 
@@ -115,14 +120,18 @@ class Noise:
         Raises
         ------
         InputError
-            Where no configuration has two different values, and where labels and values differ in number.
+            Where no configuration has two different values, where labels and values differ in number, and for values
+            that are not positive.
 
         Notes
         -----
         Wrong where the repeats share an error that the configurations do not share, such as one batch of blocks: the
         noise is then too small.
         """
-        logs = np.log(np.asarray(values, dtype=float))
+        given = numbers("values", list(values))
+        if not (given > 0.0).all():
+            raise InputError(f"values must be positive: their logarithms are taken, got {given.min():g}")
+        logs = np.log(given)
         labels = [str(c) for c in configurations]
         if len(labels) != len(logs):
             raise InputError(f"{len(labels)} configurations are given for {len(logs)} values")

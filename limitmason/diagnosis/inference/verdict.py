@@ -6,6 +6,7 @@ It is decided by the sets of causes in ``confidence_set``, and settled in ``judg
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from math import ceil
 
 from limitmason.diagnosis.inference.design import Names
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence
@@ -59,6 +60,12 @@ class Rule:
     usual: float = 0.02
     structure: float = 0.005
     asks: float = 0.10
+
+
+def fewest_draws(rule: Rule) -> int:
+    """Draws by which the bootstrap can reach every threshold of the gate: p is 1 / (draws + 1) at least."""
+    smallest = min((p for p in (rule.gain, rule.shape, rule.scatter) if p > 0.0), default=1.0)
+    return max(1, ceil(1.0 / smallest - 1.0 - 1e-9))  # 1e-9: of rounding
 
 
 class VerdictKind(StrEnum):
