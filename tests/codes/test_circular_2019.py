@@ -312,7 +312,8 @@ def test_what_is_no_number_or_no_prediction_is_refused_by_name():
     ground = GroundSpectrum(0.2, 2.5, 0.3)
     record = RecordSpectrum(np.sin(0.1 * np.arange(100)), 0.01, 0.1)
     for call, message in (
-        (lambda: ground.acceleration(0.3, "x"), "damping"), (lambda: record.displacement(0.0), "period must be positive"),
+        (lambda: ground.acceleration(0.3, "x"), "damping"),
+        (lambda: record.displacement(0.0), "period must be positive"),
         (lambda: record.scaled("x"), "record: ag"),
     ):
         with pytest.raises(InputError, match=message):

@@ -359,7 +359,8 @@ def test_no_motion_is_given_for_another_number_of_side_walls_than_the_wall_has(m
     wall = built("U")
     assert mechanism(wall, side_walls=2).mechanism is not None
     alone = mechanism(wall, side_walls=1)
-    assert alone.mechanism is None and any("side_walls=1, and the wall has 2" in w for w in alone.warnings)
+    assert alone.mechanism is None
+    assert any("side_walls=1, and the wall has 2" in w for w in alone.warnings)
 
 
 def test_what_is_no_wall_or_of_another_wall_is_refused_by_name():
