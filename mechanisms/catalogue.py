@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from limitmason.answers.results import Prediction, Range
+from limitmason.checks import several
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -65,9 +66,11 @@ def catalogue(
     NotApplicable
         When no mechanism fits.
     """
-    wanted = set(NAMES if include is None else [include] if isinstance(include, str) else include)
-    unknown = wanted - set(NAMES)
-    if unknown:
+    asked = NAMES if include is None else [include] if isinstance(include, str) else several("include", include, str)
+    wanted = set(asked)
+    if not wanted:
+        raise InputError(f"include is empty: leave it out, or name some of {', '.join(NAMES)}")
+    if unknown := wanted - set(NAMES):
         raise InputError(f"include: unknown mechanism {sorted(unknown)[0]!r}; known are {', '.join(NAMES)}")
     if assembly.fixed.all():
         raise InputError("every block is fixed: there is nothing to solve")

@@ -10,12 +10,13 @@ import numpy as np
 
 from limitmason.answers.results import Bound, BoundKind, Prediction
 from limitmason.arrays import Array, Flags
-from limitmason.checks import choice, count, not_negative, positive
+from limitmason.checks import choice, count, finite, instance, not_negative, positive
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from mechanisms.horizontal_flexure import flexure_terms
-from mechanisms.parameters import ROUNDING, Facade, foot_level, read
+from mechanisms.built_wall import foot_level
+from mechanisms.horizontal_flexure import flexure_terms, other_ends
+from mechanisms.parameters import ROUNDING, Facade, loads_of, read
 from mechanisms.velocity_field import FREE_WALL, THIS_MOTION, UPPER_IDEAL, answer, flexure_twists, rotation, translation
 from mechanisms.virtual_work_check import check_contacts
 
@@ -214,17 +215,18 @@ def inclined_hinge(
         raise NotApplicable(f"side_walls must be 1 or 2, got {f.side_walls}")
     length = f.length if f.side_walls == 1 else 0.5 * f.length
     diagonal = length / f.height
-    tangent = diagonal if crack_tangent is None else crack_tangent
+    tangent = diagonal if crack_tangent is None else finite("crack_tangent", crack_tangent)
     if not 0.0 < tangent <= diagonal * (1.0 + ROUNDING):
         raise InputError(f"crack_tangent must be above 0 and at most L/H = {diagonal:g}, got {crack_tangent!r}")
     value = flexure_terms(f, f.courses, radius=0.0).at(tangent)  # friction without an arm resists nothing
-    twists = None
-    if seen.assembly is not None and seen.loads is not None:
+    twists: Array | None = None
+    warnings: tuple[str, ...] = ()
+    if seen.assembly is not None and seen.loads is not None and not (warnings := other_ends(seen)):
         twists = flexure_twists(seen.assembly, seen.loads, foot_level(seen.assembly), tangent)
     details = {"crack_tangent": tangent, "crack_angle_deg": math.degrees(math.atan(tangent)), "diagonal": diagonal}
     return answer(
         f"inclined hinge, {f.side_walls} side wall{'s' if f.side_walls == 2 else ''}", value, **seen._asdict(),
-        twists=twists, ideal_bound=THIS_MOTION, details=details,
+        twists=twists, ideal_bound=THIS_MOTION, details=details, warnings=warnings,
         source="derived (docs/mechanisms.md, section 8)",
     )
 
@@ -335,11 +337,12 @@ def _direction(assembly: Assembly, loads: Loads | None) -> tuple[Loads, Array]:
 
     Raises
     ------
+    InputError
+        For anything but an assembly and loads of as many blocks.
     NotApplicable
         For live loads whose horizontal resultant is zero, up to rounding.
     """
-    if loads is None:
-        loads = Loads.horizontal(assembly, (0.0, -1.0, 0.0))
+    loads = loads_of(instance("assembly", assembly, Assembly), loads, (0.0, -1.0, 0.0))
     total = loads.live[~assembly.fixed, :3].sum(axis=0) * [1.0, 1.0, 0.0]
     size = np.linalg.norm(total)
     if not size > ROUNDING * np.abs(loads.live).max(initial=1e-300):

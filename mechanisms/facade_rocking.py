@@ -10,21 +10,14 @@ import numpy as np
 
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
-from limitmason.checks import choice
+from limitmason.checks import choice, finite
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from mechanisms.built_wall import foot_level
 from mechanisms.friction import FrictionSums, bed_joint_friction, joint_friction
 from mechanisms.optimum import PowerRatio, SmallestValue, least
-from mechanisms.parameters import (
-    ROUNDING,
-    Facade,
-    ReadParameters,
-    check_reduction,
-    courses_to_try,
-    foot_level,
-    read,
-)
+from mechanisms.parameters import ROUNDING, Facade, ReadParameters, check_reduction, courses_to_try, read
 from mechanisms.stepping_courses import best_steps
 from mechanisms.velocity_field import ESTIMATE, UPPER_IDEAL, answer, rocking_twists
 from mechanisms.virtual_work_check import rocking_power
@@ -161,8 +154,8 @@ def compound_rocking(
             )
         return _stepped(seen, hinge_courses)
     check_reduction(reduction)
-    if crack_tangent is not None and not 0.0 <= crack_tangent <= f.steepest_crack * (1.0 + ROUNDING):
-        steepest = f.steepest_crack
+    steepest = f.steepest_crack
+    if crack_tangent is not None and not 0.0 <= finite("crack_tangent", crack_tangent) <= steepest * (1.0 + ROUNDING):
         raise InputError(f"crack_tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {crack_tangent!r}")
 
     def at_worst(n: int, m: int, omega: float | None) -> SmallestValue:
@@ -341,7 +334,7 @@ def _crossed(value: int | str | None, hinge: int, *, given: bool) -> range:
         return range(hinge, hinge + 1)
     if isinstance(value, str):
         raise InputError(f"crossed_courses must be a number of courses or 'hinge', got {value!r}")
-    if value is not None and value > hinge:
+    if value is not None and finite("crossed_courses", value) > hinge:
         if not given:
             return range(0)
         raise InputError(f"crossed_courses {value} exceeds hinge_courses {hinge}: the crack would pass below the hinge")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import count, not_negative, numbers, positive
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import polar_mean_radius
 from mechanisms.parameters import ROUNDING, Facade
@@ -70,7 +71,7 @@ def bed_joint_friction(
     Raises
     ------
     InputError
-        When ``crossed`` is below one.
+        When ``crossed`` is no whole number of one or more, and for a friction that is none.
 
     Notes
     -----
@@ -79,13 +80,12 @@ def bed_joint_friction(
     plus q v on its overlap, without load spreading: too low where the units spread the load, too high where the side
     wall is unloaded by the rocking itself.
     """
-    if crossed < 1:
-        raise InputError(f"crossed must be at least one course, got {crossed!r}")
-    n, h = crossed, course_height
+    f = not_negative("friction", friction)
+    n, h = count("crossed", crossed), course_height
     return FrictionSums(
-        weight=friction * unit_weight * thickness * staggering * h * n * (n + 1) / 2.0,
+        weight=f * unit_weight * thickness * staggering * h * n * (n + 1) / 2.0,
         weight_height=base_height + h * (n - 1) / 3.0,
-        overload=friction * overload * staggering * n,
+        overload=f * overload * staggering * n,
         overload_height=base_height + h * (n - 1) / 2.0,
     )
 
@@ -124,8 +124,8 @@ def crack_angle_reduction(tangent: ArrayLike, steepest: float) -> Array | float:
     slide on. Derived (docs/mechanisms.md, section 2); matches the role of omega in Murano et al., eq (25). Wrong for
     few courses, where it matters which of them step.
     """
-    t = np.asarray(tangent, dtype=float)
-    if (t < 0.0).any() or (t > steepest * (1.0 + ROUNDING)).any():
+    t = numbers("tangent", tangent)
+    if not ((t >= 0.0) & (t <= positive("steepest", steepest) * (1.0 + ROUNDING))).all():
         raise InputError(f"crack tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {tangent!r}")
     out = np.maximum(1.0 - t / steepest, 0.0)
     return float(out) if out.ndim == 0 else out
@@ -152,8 +152,7 @@ def torsion_radius(a: float, b: float) -> float:
     Derived (docs/mechanisms.md, section 4.3). Wrong where the pressure is not uniform: on two opposite corners it
     nearly doubles.
     """
-    if not (a > 0.0 and b > 0.0):
-        raise InputError(f"sides a and b must be above zero, got {a!r} and {b!r}")
+    a, b = positive("a", a), positive("b", b)
     d = math.hypot(a, b)
     return (2.0 * a * b * d + a**3 * math.asinh(b / a) + b**3 * math.asinh(a / b)) / (12.0 * a * b)
 
@@ -198,16 +197,17 @@ def torsion_shear_curve(a: float, b: float, poles: ArrayLike, *, points: int = 2
     Derived by integration (docs/mechanisms.md, section 4.3). The straight line T/T_o + S/S_o = 1 behind Murano et al.,
     eq (26), lies far inside it, the circle 4 to 6 % outside.
     """
-    node, weight = np.polynomial.legendre.leggauss(points)
+    node, weight = np.polynomial.legendre.leggauss(count("points", points))
     share = np.outer(weight, weight) / 4.0  # of the area, at every point of the rule; they add up to one
     x, y = np.meshgrid(0.5 * a * node, 0.5 * b * node, indexing="ij")
-    distance = np.asarray(poles, dtype=float)
+    distance = numbers("poles", poles)
     shear, torque = np.empty(distance.shape), np.empty(distance.shape)
     for index, pole in np.ndenumerate(distance):
         # direction of sliding at every point, across its arm from the pole
         arm = y + pole
         r = np.hypot(x, arm)
-        along, across = arm / r, -x / r
+        # a point at the pole slides in all directions: none in the mean
+        along, across = (np.divide(v, r, out=np.zeros_like(r), where=r > 0.0) for v in (arm, -x))
         shear[index] = (share * along).sum()
         torque[index] = (share * (along * y - across * x)).sum()
     return shear, torque / torsion_radius(a, b)

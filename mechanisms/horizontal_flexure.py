@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.results import Prediction
+from limitmason.checks import finite, not_negative
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from mechanisms.built_wall import foot_level
 from mechanisms.friction import bed_joint_friction, edge_radii, torsion_radius
 from mechanisms.optimum import PowerRatio, SmallestValue, least
-from mechanisms.parameters import ROUNDING, Facade, check_reduction, courses_to_try, foot_level, read
+from mechanisms.parameters import ROUNDING, Facade, ReadParameters, check_reduction, courses_to_try, read
 from mechanisms.velocity_field import ESTIMATE, THIS_MOTION, answer, flexure_twists
 from mechanisms.virtual_work_check import flexure_power
 
@@ -80,13 +82,14 @@ def horizontal_flexure(
     f = seen.facade
     if f.side_walls not in (1, 2):
         raise NotApplicable(f"side_walls must be 1 or 2 for horizontal flexure, got {f.side_walls}")
-    if not 0.0 < contact_factor <= 1.0:
+    if not 0.0 < finite("contact_factor", contact_factor) <= 1.0:
         raise InputError(f"contact_factor must be above 0 and at most 1, got {contact_factor!r}")
     check_reduction(reduction)
     hinges = courses_to_try("hinge_courses", hinge_courses, f.courses)
     arm = torsion_radius(f.staggering, f.thickness) if torsion_arm is None else torsion_arm
-    if not arm >= 0.0:
-        raise InputError(f"torsion_arm must not be negative [m], got {torsion_arm!r}")
+    arm = not_negative("torsion_arm", arm)
+    if crack_tangent is not None:
+        finite("crack_tangent", crack_tangent)
 
     def terms_of(n: int, radius: float, omega: float | None) -> PowerRatio:
         """Multiplier over the crack's tangent with the hinge under n courses, and torsion at a radius [m]."""
@@ -127,9 +130,10 @@ def horizontal_flexure(
     warnings: tuple[str, ...] = ()
     if interaction:
         warnings = ("the interaction term assumes a base without shear; small angles and few courses rest on it alone",)
+    warnings += (other := other_ends(seen))
     # on an assembly's blocks, where the live loads work in the motion: few courses may have no block in the triangles
     twists = None
-    if seen.assembly is not None and seen.loads is not None and tangent > 0.0:
+    if seen.assembly is not None and seen.loads is not None and tangent > 0.0 and not other:
         twists = flexure_twists(seen.assembly, seen.loads, foot_level(seen.assembly) + hinge_height, tangent)
         twists = twists if (seen.loads.live * twists).sum() > 0.0 else None
     return answer(
@@ -177,6 +181,15 @@ def flexure_terms(
         carried = 0.5 * pair + per_length * middle + q * (middle + np.array([0.0, height]))
         denominator += np.convolve(np.array([1.0, 0.0]) + omega, carried) * radius
     return PowerRatio(numerator, denominator, sums)
+
+
+def other_ends(seen: ReadParameters) -> tuple[str, ...]:
+    """A warning where ``side_walls`` is not what a built wall has: its blocks then do not move as the formula says."""
+    recipe = {} if seen.assembly is None else seen.assembly.recipe
+    walls = len(recipe.get("returns", ()))
+    if recipe.get("plan") not in ("L", "U") or walls == seen.facade.side_walls:
+        return ()
+    return (f"side_walls={seen.facade.side_walls}, and the wall has {walls}: no motion of its blocks is given",)
 
 
 def _whole_length(f: Facade) -> float:

@@ -12,7 +12,8 @@ from limitmason.checks import count, not_negative, positive
 from limitmason.errors import NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from mechanisms.parameters import ROUNDING, Facade, foot_level, load_direction, read, wall_recipe
+from mechanisms.built_wall import at_origin, foot_level, wall_recipe
+from mechanisms.parameters import ROUNDING, Facade, load_direction, loads_of, read
 from mechanisms.velocity_field import ESTIMATE, UPPER_IDEAL, above, answer, rotation
 from mechanisms.virtual_work_check import ContactCheck, check_contacts
 
@@ -55,7 +56,7 @@ def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
     Raises
     ------
     NotApplicable
-        For walls with side walls or openings, and loads out of plane.
+        For walls with side walls or openings, loads out of plane, and a Facade with an overload.
 
     Notes
     -----
@@ -67,6 +68,7 @@ def stepped_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
         return _on_blocks(wall, loads)
     f = read(wall, loads).facade
     _straight(f.side_walls, "side_walls")
+    _bare(f)
     n, slope = f.courses, f.slope
     if n * f.staggering <= f.length * (1.0 + ROUNDING):  # the crack ends in the top, not in the far side
         value = 0.5 * slope * (4 * n + 2) / (4 * n - 1)
@@ -95,7 +97,7 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
     Raises
     ------
     NotApplicable
-        Where the crack would leave the wall, H tan(alpha) > B.
+        Where the crack would leave the wall, H tan(alpha) > B, and for an overload, which the formula does not know.
 
     Notes
     -----
@@ -105,15 +107,19 @@ def sloping_crack(wall: Facade | Assembly, *, loads: Loads | None = None) -> Pre
     """
     if isinstance(wall, Assembly):
         loads = _in_plane(wall, loads)[0]
-    f = read(wall, loads).facade
+    seen = read(wall, loads)
+    f = seen.facade
     _straight(f.side_walls, "side_walls")
+    _bare(f)
     value, tangent = sloping_crack_limit(f.friction, f.slope, f.courses)
     if f.height * tangent > f.length * (1.0 + ROUNDING):
         raise NotApplicable(
             f"length {f.length:g} m is less than H tan(alpha) = {f.height * tangent:g} m: the crack leaves the wall"
         )
     details = _details(f.slope, tangent)
-    return answer("sloping crack in plane", value, facade=f, ideal_bound=ESTIMATE, details=details, source=SOURCE)
+    return answer(
+        "sloping crack in plane", value, **seen._asdict(), ideal_bound=ESTIMATE, details=details, source=SOURCE
+    )
 
 
 def sloping_crack_limit(friction: float, slope: float, courses: int | None = None) -> tuple[float, float]:
@@ -167,6 +173,7 @@ def _on_blocks(wall: Assembly, loads: Loads | None) -> Prediction:
     wall : straight, from ``build.wall`` or ``layout``
     loads : in its plane; weights along +x where omitted
     """
+    wall = at_origin(wall)
     loads, sense = _in_plane(wall, loads)
     f = Facade.from_assembly(wall, loads)
     toe = f.length if sense > 0 else 0.0
@@ -215,7 +222,7 @@ def _in_plane(wall: Assembly, loads: Loads | None) -> tuple[Loads, int]:
     recipe = wall_recipe(wall)
     _straight(len(recipe["returns"]), "the assembly's side walls")
     _straight(len(recipe["openings"]), "the assembly's openings")
-    loads = Loads.horizontal(wall) if loads is None else loads
+    loads = loads_of(wall, loads, (1.0, 0.0, 0.0))
     axis, sense = load_direction(wall, loads)
     if axis != "x":
         raise NotApplicable("loads must be in the plane of the wall: Loads.horizontal(wall, (1, 0, 0))")
@@ -226,3 +233,9 @@ def _straight(number: int, what: str) -> None:
     """Refuse a wall that has any of what ``what`` says, side walls or openings."""
     if number:
         raise NotApplicable(f"{what} must be 0: the in-plane crack is that of a straight wall without openings")
+
+
+def _bare(f: Facade) -> None:
+    """Refuse a wall with an overload, which the closed forms of in-plane cracks do not know."""
+    if f.overload or f.side_overload:
+        raise NotApplicable("overload must be 0: the closed form of the in-plane crack is that of the weight alone")

@@ -54,6 +54,8 @@ def light_damage(
         raise InputError(f"displacement and load must be curves of equal length, got shapes {d.shape} and {f.shape}")
     if not (np.diff(d) > 0.0).all() or d[0] < 0.0:
         raise InputError("displacement must grow from zero on: cut the curve before it turns")
+    if not np.isfinite(f).all():
+        raise InputError(f"load is not finite at sample {int(np.argmin(np.isfinite(f)))}")
     if not 0.0 < finite("drop", drop) < 1.0:
         raise InputError(f"drop must lie between 0 and 1, got {drop!r}")
     away = d > 0.0

@@ -8,11 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from limitmason.checks import not_negative, positive
+from limitmason.checks import finite, instance, not_negative, positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+from mechanisms.built_wall import at_origin, foot_level, wall_recipe
 
 ROUNDING = 1e-9
 """Relative: lengths, tangents and loads of the closed forms that differ by less are equal."""
@@ -167,6 +168,7 @@ class Facade:
             top course, and live loads that are not the weights turned horizontally.
         """
         recipe = wall_recipe(assembly)
+        assembly = at_origin(assembly)
         if recipe.get("plan") == "box":
             raise NotApplicable("a closed plan: its rear wall holds the side walls, which the closed forms leave free")
         staggering = recipe.get("staggering")
@@ -222,15 +224,16 @@ def read(facade: Facade | Assembly, loads: Loads | None = None, **changes: Any) 
 
     Raises
     ------
-    TypeError
-        When ``facade`` is neither.
+    InputError
+        When ``facade`` is neither, and for loads of a Facade or of another assembly.
     """
     given = {name: value for name, value in changes.items() if value is not None}
     if isinstance(facade, Assembly):
-        loads = Loads.horizontal(facade, (0.0, -1.0, 0.0)) if loads is None else loads
-        return ReadParameters(Facade.from_assembly(facade, loads, **given), facade, loads)
+        loads = loads_of(facade, loads, (0.0, -1.0, 0.0))
+        found = Facade.from_assembly(facade, loads, **given)
+        return ReadParameters(found, at_origin(facade), loads)
     if not isinstance(facade, Facade):
-        raise TypeError(f"facade must be a mechanisms.Facade or a limitmason.Assembly, got {type(facade).__name__}")
+        raise InputError(f"facade must be a mechanisms.Facade or a limitmason.Assembly, got {type(facade).__name__}")
     if loads is not None:
         raise InputError("loads go with an assembly; a Facade carries its overload itself")
     return ReadParameters(facade.changed(**given) if given else facade, assembly=None, loads=None)
@@ -247,32 +250,24 @@ def courses_to_try(name: str, value: int | None, most: int) -> range:
     """
     if value is None:
         return range(1, most + 1)
-    if isinstance(value, bool) or value != int(value) or not 1 <= value <= most:
+    if isinstance(value, bool) or (n := finite(name, value)) != int(n) or not 1 <= n <= most:
         raise InputError(f"{name} must be a whole number from 1 to {most}, got {value!r}")
     return range(int(value), int(value) + 1)
 
 
 def check_reduction(value: float | None) -> None:
     """Refuse a factor on the friction that is given and does not lie between 0 and 1."""
-    if value is not None and not 0.0 <= value <= 1.0:
+    if value is not None and not 0.0 <= finite("reduction", value) <= 1.0:
         raise InputError(f"reduction must lie between 0 (no friction) and 1 (all of it), got {value!r}")
 
 
-def wall_recipe(assembly: Assembly) -> dict[str, Any]:
-    """Recipe of an assembly that is a built wall, or an error that says what to do."""
-    recipe = dict(assembly.recipe)
-    if recipe.get("kind") != "wall":
-        raise NotApplicable(
-            f"recipe of kind 'wall' is needed, this assembly has {recipe.get('kind')!r}: build it with "
-            "limitmason.build.wall or layout, or give the numbers as mechanisms.Facade"
-        )
-    return recipe
-
-
-def foot_level(assembly: Assembly) -> float:
-    """Level at which the free part of a built wall stands [m]: 0, or the top of a held bottom course."""
-    recipe = wall_recipe(assembly)
-    return recipe["unit_height"] if recipe.get("base") == "course" else 0.0
+def loads_of(assembly: Assembly, loads: Loads | None, direction: tuple[float, float, float]) -> Loads:
+    """Loads that are given for an assembly, refused where they do not fit it; its weights along a direction if none."""
+    if loads is None:
+        return Loads.horizontal(assembly, direction)
+    if len(instance("loads", loads, Loads).dead) != assembly.n_blocks:
+        raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
+    return loads
 
 
 def bed_friction(assembly: Assembly) -> float:
@@ -339,7 +334,7 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
     found : what was read of the wall, by name
     beyond : length of all side walls beyond the facade [m]
     """
-    loads = Loads.horizontal(assembly, (0.0, -1.0, 0.0)) if loads is None else loads
+    loads = loads_of(assembly, loads, (0.0, -1.0, 0.0))
     axis, sense = load_direction(assembly, loads)
     height = foot_level(assembly) + found["courses"] * found["course_height"]
     top = height * (1.0 - _EPS)

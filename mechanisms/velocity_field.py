@@ -19,7 +19,8 @@ from limitmason.mechanics.model_notes import why_no_tilt_angle
 from limitmason.mechanics.resultants import scaled_mechanism
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from mechanisms.parameters import ROUNDING, Facade, load_direction, wall_recipe
+from mechanisms.built_wall import wall_recipe
+from mechanisms.parameters import ROUNDING, Facade, load_direction
 from mechanisms.virtual_work_check import check_contacts
 
 UPPER = Bound(
@@ -199,8 +200,11 @@ def answer(
     mechanism: Mechanism | None = None
     certificate: Certificate | None = None
     bound, extra, notes = ideal_bound, dict(details or {}), list(warnings)
-    if assembly is not None and loads is not None and twists is not None:
+    if assembly is not None:
         refuse(MECHANISMS, assembly)
+    if assembly is not None and (loads is None or twists is None):
+        notes += left_out(MECHANISMS, assembly)
+    elif assembly is not None and loads is not None and twists is not None:
         check = check_contacts(assembly, loads, twists)
         mechanism = scaled_mechanism(assembly, loads, twists, check.points.position, check.points.interface)
         kinematic = check.multiplier if check.admissible else math.nan

@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.errors import NotApplicable
+from limitmason.checks import choice, count, instance, numbers, positive
+from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
 from limitmason.mechanics.equilibrium import equilibrium_matrix
 from limitmason.mechanics.law import interface_law
@@ -74,6 +75,9 @@ def rocking_power(
     reduction : factor on the friction of the crossed joints; 1 - tangent / tan(alpha_b) where omitted
     below_crack : "connected", joints between hinge and crack keep their friction; "free", they have none
     """
+    instance("facade", facade, Facade)
+    hinge = count("hinge", hinge, least=0)
+    choice("below_crack", below_crack, ("connected", "free"))
     h, top = facade.course_height, hinge * facade.course_height
     lift = travel = friction = 0.0
     # the facade, course by course: u_x = z, u_z = x
@@ -146,8 +150,9 @@ def flexure_power(
     NotApplicable
         For another number of side walls than 1 or 2: nothing holds the triangles then.
     """
-    if facade.side_walls not in (1, 2):
+    if instance("facade", facade, Facade).side_walls not in (1, 2):
         raise NotApplicable(f"side_walls must be 1 or 2 for horizontal flexure, got {facade.side_walls}")
+    hinge, tangent = count("hinge", hinge), positive("tangent", tangent)
     h, height = facade.course_height, hinge * facade.course_height
     # a facade held at one end is half of one that is held at both: that is taken, and halved at the end
     halves = 2.0 if facade.side_walls == 2 else 1.0
@@ -245,6 +250,10 @@ def check_contacts(assembly: Assembly, loads: Loads, twists: Array) -> ContactCh
     NotApplicable
         When the live load does no work in this motion.
     """
+    instance("assembly", assembly, Assembly)
+    twists = numbers("twists", twists)
+    if twists.shape != (assembly.n_blocks, 6):
+        raise InputError(f"twists must have shape ({assembly.n_blocks}, 6), got {twists.shape}")
     v = np.where(assembly.held, 0.0, twists)
     points = contact_points(assembly, ties=True)
     rates = (equilibrium_matrix(assembly, points).T @ v.ravel()).reshape(-1, 3)

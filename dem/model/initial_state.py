@@ -21,7 +21,7 @@ from dem.model.strain_shapes import (
 )
 from dem.model.tie_arrays import make_ties
 from limitmason.arrays import Array, Flags, Index
-from limitmason.checks import choice, positive
+from limitmason.checks import choice, instance, positive
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import RIGID, SIMPLY_DEFORMABLE
 from limitmason.errors import InputError
@@ -178,7 +178,7 @@ def initial_state(
     held = assembly.held.copy()
     if plane is not None:
         held |= out_of_plane(plane)
-    options = joint_options or JointOptions()
+    options = JointOptions() if joint_options is None else instance("joint_options", joint_options, JointOptions)
     (points, joints, interface, laws, warnings), few = _jointed(
         assembly, loads, contact_points, contact_model, options, plane
     )

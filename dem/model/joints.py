@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from dem import kernels
 from dem.kernels import LAW, Joints, Points
 from limitmason.arrays import Array
+from limitmason.checks import numbers, positive
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import LOBATTO, LOBATTO_POINTS, ContactPoints, contact_points
 from limitmason.mechanics.default_stiffness import default_stiffness, missing_stiffness
@@ -82,15 +83,18 @@ def per_interface(value: PerJoint, kinds: Sequence[str], label: str) -> Array:
     Raises
     ------
     InputError
-        For a kind without an entry, and for a negative number or NaN.
+        For a kind without an entry, a negative number or NaN, and more or fewer numbers than interfaces.
     """
     if isinstance(value, Mapping):
         missing = set(kinds) - set(value)
         if missing:
             raise InputError(f"{label} has no entry for joints of kind {sorted(missing)[0]!r}")
-        out = np.array([value[k] for k in kinds], dtype=float)
+        out = numbers(label, [value[k] for k in kinds])
     else:
-        out = np.broadcast_to(np.asarray(value, dtype=float), (len(kinds),)).copy()
+        out = numbers(label, value)
+        if out.shape not in ((), (1,), (len(kinds),)):
+            raise InputError(f"{label} must be one number, or {len(kinds)}, one for each interface")
+        out = np.broadcast_to(out, (len(kinds),)).copy()
     if np.isnan(out).any() or (out < 0).any():
         raise InputError(f"{label} must not be negative or NaN")
     return out
@@ -277,6 +281,8 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
             raise InputError(
                 f"joint {joint.name!r} has a fracture energy of its own and softening_slip = {given:g} m: give one"
             )
+    for name in ("stiffness_factor", "shear_factor"):
+        positive(f"joint_options: {name}", getattr(options, name))
     dash = per_interface(0.0 if options.dashpot is None else options.dashpot, kinds, "dashpot")
     later = options.residual_dilatancy_angle_deg
     # residual tan(psi)

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from dem.stages.history import History
+from limitmason.checks import count, instance, not_negative, positive
 from limitmason.errors import InputError
 from limitmason.model.base_motion import BaseMotion
 from limitmason.vibration.identification import Identified, identify_modes
@@ -36,9 +37,13 @@ def white_noise(
     sample_step : [s]; a tenth of the shortest period by default
     seed : of the random phases
     """
-    if not (duration > 0.0 and rms > 0.0 and 0.0 < lowest < highest):
-        raise InputError("white noise needs a positive duration and rms, and 0 < lowest < highest")
-    step = sample_step or _SHORTEST / highest
+    given = {"duration": duration, "rms": rms, "highest": highest, "lowest": lowest}
+    for name, value in given.items():
+        positive(f"white noise: {name}", value)
+    if not lowest < highest:
+        raise InputError(f"white noise: lowest must be below highest, got {lowest!r} and {highest!r} Hz")
+    count("white noise: seed", seed, least=0)
+    step = _SHORTEST / highest if sample_step is None else positive("white noise: sample_step", sample_step, "s")
     n = round(duration / step)
     if not 0.5 / step > highest:  # Nyquist's frequency
         raise InputError(f"sample_step {step:g} s is too long for {highest:g} Hz")
@@ -88,8 +93,11 @@ def identify(
     Relative displacements carry the low modes best. The amplitude decides what is identified: joints that open or
     slide on the way make a softer structure.
     """
-    if history.state.mode != "dynamic":
+    if instance("history", history, History).state.mode != "dynamic":
         raise InputError("identification needs a dynamic run: simulate(..., mode='dynamic')")
+    not_negative("skip", skip)
+    if any(isinstance(channel, str) or np.shape(channel) != (2,) for channel in channels):
+        raise InputError(f"channels: give pairs of a block and a direction, ('stone 3', 'y'), got {channels!r}")
     if not channels:
         raise InputError("give at least one channel, such as ('stone 3', 'y')")
     assembly = history.assembly
@@ -115,7 +123,7 @@ def identify(
     base = history.displacement_of(int(held[0]))[rows] if len(held) else 0.0
     signals = []
     for block, axis in channels:
-        if axis not in _AXES:
+        if str(axis) not in _AXES:
             raise InputError(f"channel ({block!r}, {axis!r}): the direction must be 'x', 'y' or 'z'")
         moved = history.displacement_of(block)[rows] - base
         signals.append(moved[:, _AXES[axis]])

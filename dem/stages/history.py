@@ -334,8 +334,9 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         sample, interface : numbers
         """
         kept = np.flatnonzero(of_kind(self.assembly.interfaces, kind))
-        with np.errstate(invalid="ignore"):
-            hit = self.opening[:, kept] >= opening
+        if self.opening.shape[1] != len(self.assembly.interfaces):
+            raise InputError("the openings of this run were not recorded: it was kept by a Store with joints=False")
+        hit = np.nan_to_num(self.opening[:, kept], nan=-np.inf) >= opening
         if not hit.any():
             return None
         sample = int(np.argmax(hit.any(axis=1)))

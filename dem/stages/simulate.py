@@ -145,6 +145,8 @@ def prepared(
     if not todo:
         raise InputError("stages: give at least one, for example dem.Settle()")
     before = start.state if isinstance(start, History) else start
+    if before is not None:
+        instance("start", before, State, "or a History")
     # a state that has taken steps bears its loads already
     notes = check_stages(todo, loaded=before is not None and before.time > 0.0)
     if damping is not None:

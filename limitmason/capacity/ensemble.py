@@ -18,26 +18,43 @@ from limitmason.arrays import Array
 from limitmason.capacity.analysis import finds_contacts_anew, followed_in, whole_pushover
 from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.result import PushoverCurve
+from limitmason.checks import count, positive
 from limitmason.deformable.levels import RIGID
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import aligned
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.model.assembly import Assembly
+from limitmason.model.block import Block
 from limitmason.model.load import Loads
+from limitmason.model.model_call import of_model
 from limitmason.storage.frozen import ReadOnly
 
 GOES_ON = 0.1
 """Displacement of the control after which a load counts as sustained, over the smallest block dimension [-]."""
+
+_ROUNDING = 1e-9  # relative: widths of a block that differ by less are equal
 
 SETTLES = 10.0
 """Displacement over the gap within which a load that fell is carried again, so that nothing was lost [-]."""
 
 
 def thickness(assembly: Assembly) -> float:
-    """The smallest dimension of a free block [m]."""
-    free = [b for b, fixed in zip(assembly.blocks, assembly.fixed, strict=True) if not fixed]
-    return min(float(np.ptp(b.vertices, axis=0).min()) for b in free)
+    """The smallest dimension of a free block, however it is turned [m]."""
+    return min(_least_width(b) for b, fixed in zip(assembly.blocks, assembly.fixed, strict=True) if not fixed)
+
+
+def _least_width(block: Block) -> float:
+    """Least extent of a block along the axes of space and the normals of its faces [m]."""
+    aligned = float(np.ptp(block.vertices, axis=0).min())
+    for part in block.parts:
+        for face in part.faces:
+            corners = part.vertices[list(face)] - part.vertices[face[0]]
+            normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
+            width = float(np.ptp(block.vertices @ normal)) / float(np.linalg.norm(normal))
+            # of a block along the axes nothing but rounding is less
+            aligned = width if width < (1.0 - _ROUNDING) * aligned else aligned
+    return aligned
 
 
 class Spread(NamedTuple):
@@ -89,6 +106,7 @@ class Ensemble(ReadOnly):
         return _spread(self.sustained)
 
 
+@of_model
 @watched("random gaps")
 def imperfection_ensemble(
     assembly: Assembly,
@@ -123,8 +141,7 @@ def imperfection_ensemble(
     InputError
         For gaps or numbers of samples that are not positive, and settings that are chosen here.
     """
-    if not (np.isfinite(gap) and gap > 0.0) or samples < 1:
-        raise InputError(f"gap and samples must be positive, got {gap!r} and {samples!r}")
+    gap, samples, seed = positive("gap", gap), count("samples", samples), count("seed", seed, least=0)
     for name in ("to", "gaps", "start"):
         if name in settings:
             raise InputError(f"{name} is chosen by the ensemble: leave it out")

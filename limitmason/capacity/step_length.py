@@ -12,7 +12,7 @@ from limitmason.capacity.contact_generations import LEAST, Generations
 from limitmason.capacity.kinematics import Pose, contact, motion_between, moved
 from limitmason.capacity.step_equilibrium import Node
 from limitmason.capacity.system import System
-from limitmason.errors import InputError
+from limitmason.checks import positive
 
 STUCK = 1e-3
 """Slip of the slip that would have been made, below which a point has stuck [-]."""
@@ -73,9 +73,7 @@ class Steps:
     def __post_init__(self) -> None:
         """Refuse what is not positive."""
         for name in ("first", "largest", "smooth", "peak", "energy", "opening", "sliding", "straight", "most"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"steps: {name} must be a positive number, got {value!r}")
+            positive(f"steps: {name}", getattr(self, name))
 
 
 def extrapolated(system: System, nodes: list[Node], move: float) -> tuple[Pose, float] | None:

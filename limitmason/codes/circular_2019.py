@@ -16,7 +16,7 @@ import numpy as np
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
-from limitmason.checks import choice, finite
+from limitmason.checks import choice, finite, instance
 from limitmason.codes.mechanism_capacity import Capacity, Spectrum, ag_of, bodies_of, capacity_of
 from limitmason.errors import InputError
 from limitmason.limit import limit_analysis
@@ -155,7 +155,7 @@ def assess(
     _check_weights(assembly, loads)
     if curve is not None:
         _check_units(curve)
-    found = limit_analysis(assembly, loads) if prediction is None else prediction
+    found = limit_analysis(assembly, loads) if prediction is None else instance("prediction", prediction, Prediction)
     if found.mechanism is None or not found.collapse_multiplier > 0.0:
         raise InputError(f"there is no mechanism to assess: {found.method!r} ended '{found.status}'")
     twists = found.mechanism.twists

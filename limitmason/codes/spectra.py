@@ -50,7 +50,7 @@ def damping_factor(damping: float) -> float:
     ----------
     damping : xi, a fraction of the critical one [-]
     """
-    if not 0.0 < damping < 1.0:
+    if not 0.0 < finite("damping", damping) < 1.0:
         raise InputError(f"damping is a fraction, 0.05 for five per cent, got {damping!r}")
     return max(math.sqrt(10.0 / (5.0 + 100.0 * damping)), 0.55)
 
@@ -222,6 +222,7 @@ class RecordSpectrum:
 
     def scaled(self, ag: float) -> RecordSpectrum:
         """The record with all its samples scaled to another peak over g [-]."""
+        ag = positive("record: ag", ag)
         return replace(self, record=np.asarray(self.record) * (ag / self.ag), ag=ag)
 
     def displacement(self, period: float, damping: float = 0.05) -> float:
@@ -234,5 +235,6 @@ class RecordSpectrum:
         period : the longest [s]
         damping : part of the critical one [-]
         """
+        period = positive("period", period, "s")
         periods = np.geomspace(min(self.least, period), period, _PERIODS)
         return float(ResponseSpectrum.of_record(self.record, self.sample_step, periods, damping).displacement.max())

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import finite, instance
 from limitmason.continuum.rotating_crack import tensor
 from limitmason.continuum.solid import Continuum, Reactions
 from limitmason.storage.frozen import ReadOnly
@@ -68,6 +69,8 @@ def solve_elastic(model: Continuum, multiplier: float = 0.0) -> ElasticState:
     -----
     Signs: stresses are positive in tension, as in mechanics of continua; joint forces elsewhere count compression so.
     """
+    instance("model", model, Continuum)
+    finite("multiplier", multiplier)
     d = model.discretisation
     forces = model.all_dead + multiplier * model.live.ravel()
     wanted = forces[d.order]

@@ -13,7 +13,7 @@ from skfem import Basis, MeshHex
 from skfem.element import ElementHex1, ElementHexS2
 
 from limitmason.arrays import Array, Index
-from limitmason.checks import choice
+from limitmason.checks import choice, numbers, several
 from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry import Solid
 from limitmason.storage.frozen import ReadOnly, frozen
@@ -144,7 +144,9 @@ class Mesh(ReadOnly):
         InputError
             For a point outside the solid by more than a thousandth of a brick.
         """
-        p = np.atleast_2d(np.asarray(points, dtype=float))
+        p = np.atleast_2d(numbers("points", points))
+        if p.shape[1:] != (3,):
+            raise InputError(f"points must have shape (p, 3), got {p.shape}")
         brick, weight = np.empty(len(p), dtype=np.intp), np.empty((len(p), self.per_brick))
         low, high = self.corners.min(axis=1), self.corners.max(axis=1)
         slack = _LOOSE * (high - low).max(axis=1)[:, None]
@@ -278,12 +280,27 @@ def mesh_boxes(
     ----------
     boxes : may touch, must not overlap with different materials
     size : largest edge of a brick [m], one or three along x, y and z
-    planes : further planes (axis, coordinate [m]) that edges must follow, such as limits of a loaded patch
+    planes : further planes (axis 0, 1 or 2, coordinate [m]) that edges must follow, such as limits of a loaded patch
     nodes : of a brick, 20 or 8, see :class:`Mesh`
+
+    Raises
+    ------
+    InputError
+        For no boxes, one whose high corner is not above its low one, sizes that are not positive, and an unknown axis.
     """
+    boxes = several("boxes", boxes, Box)
     if not boxes:
         raise InputError("no boxes to mesh")
-    edge = np.broadcast_to(np.asarray(size, dtype=float), (3,))
+    for k, b in enumerate(boxes):
+        if not (np.asarray(b.high) > np.asarray(b.low)).all():
+            raise InputError(f"boxes[{k}]: high must be above low along x, y and z, got {b.low} and {b.high}")
+    for plane in planes:
+        if np.shape(plane) != (2,) or plane[0] not in (0, 1, 2):
+            raise InputError(f"planes: give pairs of an axis, 0, 1 or 2, and a coordinate [m], got {plane!r}")
+    edge = numbers("size", size)
+    if edge.shape not in ((), (3,)):
+        raise InputError(f"size of the bricks must be one number or three [m], got {size!r}")
+    edge = np.broadcast_to(edge, (3,))
     if not (np.isfinite(edge) & (edge > 0.0)).all():
         raise InputError(f"size of the bricks must be positive [m], got {size!r}")
     low, high = np.array([b.low for b in boxes]), np.array([b.high for b in boxes])

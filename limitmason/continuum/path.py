@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.checks import positive
+from limitmason.arrays import Array
+from limitmason.checks import instance, positive
 from limitmason.continuum.equilibrium import NEWTON, EquilibriumState, Solver
 from limitmason.continuum.excess_crack_energy import crack_energy
 from limitmason.continuum.first_to_crack import EqualBricks
@@ -65,7 +66,8 @@ def push(
     model : with live loads, and materials that crack, crush or stay elastic
     control : point [m] and direction whose displacement is prescribed, shape (3,) each
     to : control displacement from the state under dead load at which to stop [m], > 0
-    first, largest : first and largest step [m]; a hundredth and a thirtieth of ``to`` by default
+    first, largest : first and largest step [m]; a hundredth and a thirtieth of ``to`` by default, and no first one
+        above a largest that is given. The last one may be a fifth longer
     tolerance : norm of the unbalanced nodal forces over that of the loads [-]
     energy_error : most energy that a straight line over a step may miss, over the work of the step [-]; steps are cut
         for it, down to a 256th of the first; not below three times ``tolerance``, which leaves as much
@@ -84,7 +86,7 @@ def push(
     NotConverged
         When no state under dead load is found.
     InputError
-        For a control or lengths that make no sense, and a start of another model.
+        For a control or lengths that make no sense, and a start of another model or control.
 
     Notes
     -----
@@ -99,17 +101,26 @@ def push(
     see :class:`limitmason.continuum.excess_crack_energy.CrackEnergy`.
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
+    instance("model", model, Continuum)
+    if not isinstance(control, tuple | list) or len(control) != 2:
+        raise InputError(f"control must be a point [m] and a direction, got {control!r}")
     point, direction = read_vector("point of control", control[0]), read_vector("direction of control", control[1])
     given = {"to": to, "first": first, "largest": largest, "tolerance": tolerance, "energy_error": energy_error}
     for name, value in (*given.items(), ("band", band)):
         if value is not None:
             positive(name, value)
+    if first is not None and largest is not None and first > largest:
+        raise InputError(f"first must not be above largest, got {first!r} and {largest!r} [m]")
     if not np.abs(model.live).max() > 0.0:
         raise InputError("no live load acts on the solid: there is nothing to push with")
     solver = Solver(model, model.functional(point, direction), tolerance, band)
+    if not (model.functional(point, direction)[~model.held.ravel()] != 0.0).any():
+        raise InputError(f"control: the point {tuple(point.tolist())} is held, it does not move")
+    if start is not None:
+        _same_control(instance("start", start, SolidCurve), point, direction)
     nodes = _begun(solver, model, start, say)
     origin = nodes[0].control  # control displacement under the dead load
-    step = first or to / 100.0
+    step = first or min(to / 100.0, largest or to)
     longest = largest or to / 30.0
     # shortest step, and energy that a step may miss over its work
     least, budget = min(step, longest) / _CUTS, max(energy_error, 3.0 * tolerance)
@@ -143,6 +154,16 @@ def push(
         curve.save(checkpoint)
     say(f"{status} after {len(nodes) - 1} steps, {solver.factorisations} factors, {time.perf_counter() - begun:.0f} s")
     return curve
+
+
+def _same_control(start: SolidCurve, point: Array, direction: Array) -> None:
+    """Refuse a curve whose displacement is that of another point or direction than the one to go on with."""
+    at, along = start.control
+    same = np.allclose(at, point, rtol=0.0, atol=_ARRIVED * float(np.ptp(start.model.mesh.nodes)))
+    if not same or not np.allclose(along / np.linalg.norm(along), direction / np.linalg.norm(direction)):
+        raise InputError(
+            f"start is a curve of the point {tuple(at.tolist())} along {tuple(along.tolist())}: give it as control"
+        )
 
 
 def _energy_of_cracks(solver: Solver, equal: EqualBricks, last: EquilibriumState) -> tuple[str, ...]:

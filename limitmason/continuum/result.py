@@ -66,7 +66,7 @@ class SolidCurve(Curve):
 
     def displacements(self, sample: int = -1) -> Array:
         """Displacements of the nodes [m], shape (n_nodes, 3)."""
-        return self.nodes[sample].displacement.reshape(-1, 3)
+        return self._node(sample).displacement.reshape(-1, 3)
 
     def stress(self, sample: int = -1) -> Array:
         """Stresses at the integration points, tension positive [Pa], shape (m, q, 6).
@@ -96,7 +96,7 @@ class SolidCurve(Curve):
 
     def strain(self, sample: int = -1) -> Array:
         """Largest principal strain at the integration points [-], shape (m, q)."""
-        strain = self.model.discretisation.strains(self.nodes[sample].displacement)
+        strain = self.model.discretisation.strains(self._node(sample).displacement)
         return np.asarray(np.linalg.eigvalsh(strain_tensor(strain))[..., -1], dtype=np.float64)
 
     def vibration(self, *, sample: int = -1) -> VibratingSystem:
@@ -113,11 +113,15 @@ class SolidCurve(Curve):
         label = f"solid of {len(self.model.mesh)} bricks, cracked, at {1e3 * self.displacement[sample]:.3g} mm"
         return vibrating(self.model, d.factor(stiffness), label)
 
+    def _node(self, sample: int) -> EquilibriumState:
+        """The state of a sample, refused where the curve has none of that number."""
+        if not isinstance(sample, int | np.integer) or not -len(self) <= sample < len(self):
+            raise InputError(f"the curve has samples 0 to {len(self) - 1}, got {sample!r}")
+        return self.nodes[sample]
+
     def _full(self, sample: int) -> EquilibriumState:
         """The state of a sample whose memory, stress and cracks were kept, refused otherwise."""
-        if not -len(self) <= sample < len(self):
-            raise InputError(f"the curve has samples 0 to {len(self) - 1}, got {sample!r}")
-        node = self.nodes[sample]
+        node = self._node(sample)
         if node.stress is None:
             raise InputError(f"stresses of sample {sample} were not kept; those of {self.kept} were")
         return node

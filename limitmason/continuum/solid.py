@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array, Flags
-from limitmason.checks import choice, finite, not_negative
+from limitmason.checks import choice, finite, instance, not_negative, numbers
 from limitmason.constants import GRAVITY
 from limitmason.continuum.discretisation import Discretisation
 from limitmason.continuum.factor import Factor
@@ -53,7 +53,7 @@ class Continuum(ReadOnly):
     Raises
     ------
     InputError
-        For a material without density, and one that yields by Mohr and Coulomb.
+        For a material without density, one that yields by Mohr and Coulomb, and other points than 2 or 3.
     """
 
     mesh: Mesh
@@ -66,7 +66,9 @@ class Continuum(ReadOnly):
 
     def __post_init__(self) -> None:
         """Check that a solid may be made of its materials."""
+        choice("points", self.points, (2, 3))
         for m in self.materials:
+            instance("material", m, Material)
             if m.density is None:
                 raise InputError(f"material {m.name!r} has no density: a solid takes it from there, 0 for no weight")
             if m.yields:
@@ -103,6 +105,8 @@ class Continuum(ReadOnly):
         z = mesh.nodes[:, 2]
         level = float(z.min()) if foot is None else finite("foot", foot)
         held = np.abs(z - level) <= _ON * float(np.ptp(mesh.nodes, axis=0).max())
+        if not held.any():
+            raise InputError(f"foot: no node lies at {level:g} m; the solid goes from {z.min():g} to {z.max():g} m")
         return cls._bare(mesh, _several(material), held, points)
 
     @classmethod
@@ -138,7 +142,7 @@ class Continuum(ReadOnly):
         InputError
             When no block is wholly held, or none touches the solid.
         """
-        if not assembly.fixed.any() or assembly.fixed.all():
+        if not instance("assembly", assembly, Assembly).fixed.any() or assembly.fixed.all():
             raise InputError("a solid needs blocks that are free and blocks that are wholly held, on which it stands")
         first = int(np.flatnonzero(~assembly.fixed)[0])
         frame = box_axes(assembly.blocks[first].parts[0].vertices)
@@ -262,7 +266,7 @@ class Continuum(ReadOnly):
 
     def with_forces(self, forces: ArrayLike, *, case: str = "live") -> Continuum:
         """This model and forces on its nodes [N], shape (n_nodes, 3)."""
-        f = np.asarray(forces, dtype=float)
+        f = numbers("forces", forces)
         if f.shape != self.dead.shape or not np.isfinite(f).all():
             raise InputError(f"forces must be finite and of shape {self.dead.shape}, got shape {f.shape}")
         return self._plus(f, case)

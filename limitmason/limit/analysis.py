@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.results import Bound, BoundKind, Prediction, Status
-from limitmason.checks import choice, positive
+from limitmason.checks import choice, not_negative, positive
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
@@ -92,8 +92,8 @@ def limit_analysis(
     """
     choice("flow_rule", flow_rule, FLOW_RULES)
     positive("tolerance", tolerance)
-    if not 0.0 <= float(torsion_limit) < np.inf:
-        raise InputError(f"torsion_limit must be True, False or a number >= 0, got {torsion_limit!r}")
+    not_negative("torsion_limit", torsion_limit)
+    verbose = bool(verbose)
     if flow_rule == "associative" and options:
         raise TypeError(f"unknown option {sorted(options)[0]!r} for associative limit analysis")
     if flow_rule == "non-associative":

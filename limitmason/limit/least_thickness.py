@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from limitmason.answers.results import Range
-from limitmason.checks import finite, instance
+from limitmason.checks import finite, instance, positive
 from limitmason.errors import InputError
 from limitmason.limit.margin import Margin, last_standing, standing_margin
 from limitmason.mechanics.law_table import refuse
@@ -55,6 +55,8 @@ def minimum_thickness(
     thin, thick = (finite("between", t) for t in between)
     if not 0.0 < thin < thick:
         raise InputError(f"between must be a small and a larger thickness [m], got {between!r}")
+
+    positive("accuracy", accuracy)
 
     def margin(thickness: float) -> Margin:
         """Margin of the structure of a thickness [m] under its dead load."""

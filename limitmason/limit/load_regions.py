@@ -12,7 +12,7 @@ import numpy as np
 from limitmason.answers.acceptance import OWN_RESIDUAL
 from limitmason.answers.results import Bound, BoundKind, Prediction, Resultants, Status
 from limitmason.arrays import Array
-from limitmason.checks import positive, several
+from limitmason.checks import count, instance, positive, several
 from limitmason.errors import InputError, NotConverged
 from limitmason.geometry.convex_set import corners_of_half_spaces, extreme_points, extreme_rays, nearest_in_hull
 from limitmason.limit.load_set import HalfPlane, LoadRegion
@@ -80,7 +80,7 @@ def load_region(
     tolerance : gap at which the set counts as closed, see :class:`LoadRegion`
     within : sizes of the multipliers up to which the set is wanted; without, ten times the largest that is found where
         the set has no end
-    most : programs that are solved at most
+    most : programs that are solved at most, beside two along every axis; the cone and the certain set have as many
     contact_model, grid, in_plane : as for :func:`limitmason.limit.limit_analysis`
 
     Returns
@@ -103,9 +103,10 @@ def load_region(
     cases = several("cases", cases, Loads)
     if not 1 <= len(cases) <= 3:
         raise InputError(f"cases: one to three loads make a region, got {len(cases)}")
-    if dead.live.any():
+    if instance("dead", dead, Loads).live.any():
         raise InputError("dead: its live part has no role in a region; give it as a case")
     positive("tolerance", tolerance)
+    count("most", most, least=0)
     limit = None if within is None else np.array([positive("within", v) for v in np.atleast_1d(within).tolist()])
     if limit is not None and len(limit) not in (1, len(cases)):
         raise InputError(f"within: give one size, or one for each of the {len(cases)} cases, got {within!r}")

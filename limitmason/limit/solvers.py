@@ -37,7 +37,7 @@ def choose_solver(problem: Problem, solver: str = "auto") -> str:
     InputError
         For an unknown name.
     """
-    if solver not in SOLVERS and not solver.startswith("cvxpy:"):
+    if solver not in SOLVERS and not str(solver).startswith("cvxpy:"):
         raise InputError(f"solver must be one of {SOLVERS} or 'cvxpy:NAME', got {solver!r}")
     if solver != "auto":
         return solver

@@ -82,9 +82,13 @@ def wall_forces(
     Source: rocking and sliding as in EN 1996-1-1 and EN 1998-3 (Magenes and Calvi 1997); diagonal cracking of Turnsek
     and Cacovic (1971), stepped cracking of Mann and Mueller (1982).
     """
+    try:
+        unit_length, unit_height = unit
+    except (TypeError, ValueError):
+        raise InputError(f"unit must be length and height of a unit [m], got {unit!r}") from None
     numbers = {"length": length, "height": height, "thickness": thickness, "zero_moment": zero_moment,
                "stress": stress, "strength": strength, "friction": friction,
-               "diagonal_strength": diagonal_strength, "unit length": unit[0], "unit height": unit[1]}
+               "diagonal_strength": diagonal_strength, "unit length": unit_length, "unit height": unit_height}
     for name, value in numbers.items():
         positive(name, value)
     not_negative("cohesion", cohesion)
@@ -100,7 +104,7 @@ def wall_forces(
         max(rocking, 0.0),  # between 0.85 fc and fc nothing is left to rock on
         min(cracked, friction * load + cohesion * area),  # the compressed length is no more than all of it
         area * diagonal_strength / slender * math.sqrt(1.0 + stress / diagonal_strength),
-        (cohesion + friction * stress) * area / (1.0 + 2.0 * friction * unit[1] / unit[0]),
+        (cohesion + friction * stress) * area / (1.0 + 2.0 * friction * unit_height / unit_length),
     )
 
 

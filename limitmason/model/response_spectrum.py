@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.checks import finite, numbers
+from limitmason.checks import finite, numbers, positive
 from limitmason.constants import GRAVITY
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
@@ -82,7 +82,7 @@ class ResponseSpectrum(Displayed, Tabular, ReadOnly):
         Raises
         ------
         InputError
-            For periods that are not positive, and a damping outside 0 .. 1.
+            For samples that are not finite, a step or periods that are not positive, and a damping outside 0 .. 1.
         """
         if periods is None:
             asked = np.geomspace(_SHORTEST, _LONGEST, _PERIODS)
@@ -92,7 +92,9 @@ class ResponseSpectrum(Displayed, Tabular, ReadOnly):
             raise InputError(f"periods must be positive numbers [s], got {periods!r}")
         if not 0.0 <= finite("damping", damping) < 1.0:
             raise InputError(f"damping must lie in 0 .. 1, a part of the critical one (0.05 for 5 %), got {damping!r}")
-        record = np.asarray(acceleration, dtype=float)
+        record, sample_step = numbers("acceleration", acceleration), positive("sample_step", sample_step, "s")
+        if record.ndim != 1 or not np.isfinite(record).all():
+            raise InputError("acceleration must be finite samples of one component, shape (n,)")
         # the largest displacement may come after the record: each swings on for a period, the slowest too
         rest = np.zeros(math.ceil(float(asked.max()) / sample_step) + 1)
         fine, step = refined(np.concatenate([record, rest]), sample_step, float(asked.min()) / STEPS)

@@ -306,3 +306,15 @@ def test_whether_blocks_turn_about_several_axes_does_not_hang_on_the_unit_of_len
     plain = SimpleNamespace(mass_share=1.0, bodies=2)
     for spins, words in ((twists, 1), (np.where(np.arange(6) == 3, 0.0, twists), 0)):
         assert len(circular_2019._warnings(spins, np.full(2, length), (plain, plain))) == words
+
+
+def test_what_is_no_number_or_no_prediction_is_refused_by_name():
+    ground = GroundSpectrum(0.2, 2.5, 0.3)
+    record = RecordSpectrum(np.sin(0.1 * np.arange(100)), 0.01, 0.1)
+    for call, message in (
+        (lambda: ground.acceleration(0.3, "x"), "damping"),
+        (lambda: record.displacement(0.0), "period must be positive"),
+        (lambda: record.scaled("x"), "record: ag"),
+    ):
+        with pytest.raises(InputError, match=message):
+            call()

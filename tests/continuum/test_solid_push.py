@@ -271,3 +271,30 @@ def test_a_solid_that_dead_load_has_cracked_is_pushed_in_a_few_steps_and_not_bes
     assert curve.peak.load == pytest.approx(fine.peak.load, rel=2e-3)
     middle = [np.interp(3e-4, c.displacement, c.load) for c in (curve, fine)]
     assert middle[0] == pytest.approx(middle[1], rel=2e-3)
+
+
+def test_steps_keep_to_the_largest_and_another_control_is_no_start():
+    solid = Continuum.from_boxes([Box(np.zeros(3), np.array([0.2, 0.1, 0.6]))], MASONRY, size=0.3)
+    solid = solid.with_body_force((1.0, 0.0, 0.0))
+    top, low = (0.2, 0.05, 0.6), (0.2, 0.05, 0.3)
+    curve = push(solid, control=(top, (1, 0, 0)), to=1e-6, largest=4e-9 * 50, first=None)
+    assert np.diff(curve.displacement).max() <= 1.2 * 2e-7
+    short = push(solid, control=(top, (1, 0, 0)), to=1e-6, largest=2.5e-9 * 2)
+    assert np.diff(short.displacement)[0] <= 5.0001e-9
+    with pytest.raises(InputError, match="start is a curve of the point"):
+        push(solid, control=(low, (1, 0, 0)), to=2e-6, start=curve)
+    with pytest.raises(InputError, match="first must not be above largest"):
+        push(solid, control=(top, (1, 0, 0)), to=1e-6, first=1e-7, largest=1e-8)
+    with pytest.raises(InputError, match="is held"):
+        push(solid, control=((0.2, 0.05, 0.0), (1, 0, 0)), to=1e-6)
+    with pytest.raises(InputError, match="samples 0 to"):
+        curve.displacements(99)
+
+
+@pytest.mark.parametrize(("given", "message"), [
+    ({"planes": [("z", 0.3)]}, "planes"), ({"planes": [(3, 0.1)]}, "planes"), ({"points": 7}, "points"),
+    ({"foot": 9.0}, "foot"), ({"size": (1, 2)}, "size"),
+])
+def test_what_a_solid_would_pass_over_is_refused(given, message):
+    with pytest.raises(InputError, match=message):
+        Continuum.from_boxes([Box(np.zeros(3), np.array([0.2, 0.1, 0.6]))], MASONRY, **{"size": 0.3, **given})

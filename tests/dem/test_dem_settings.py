@@ -3,11 +3,13 @@
 import dataclasses
 import warnings
 
+import numpy as np
 import pytest
 from walls import on_slab
 
 import dem
 import limitmason as lm
+from limitmason.errors import InputError
 
 
 def block():
@@ -47,3 +49,28 @@ def test_an_unknown_setting_is_refused_by_name():
         dem.collapse(*block(), damp=0.4)
     with pytest.raises(TypeError, match="did you mean 'damping'"):
         lm.predict(*block(), "dem", dampin=0.4)
+
+
+def test_options_that_are_no_numbers_are_refused_by_name():
+    column = lm.build.column(width=0.3, depth=0.3, unit_height=0.2, courses=1, joint=lm.Joint(30.0))
+    for given, message in (
+        ({"start": "x"}, "start"), ({"joint_options": "x"}, "joint_options"),
+        ({"joint_options": dem.JointOptions(dashpot="x")}, "dashpot"),
+        ({"joint_options": dem.JointOptions(dashpot=[1.0] * 9)}, "one for each interface"),
+        ({"joint_options": dem.JointOptions(stiffness_factor="x")}, "stiffness_factor"),
+    ):
+        with pytest.raises(InputError, match=message):
+            dem.simulate(column, dem.Hold(steps=5), **given)
+    for given, message in (({"rms": "x"}, "rms"), ({"rms": 0.1, "sample_step": 0.0}, "sample_step")):
+        with pytest.raises(InputError, match=message):
+            dem.white_noise(1.0, **given)
+    for record, step in (([0.0, 1.0], -1.0), ([0.0, np.nan], 0.01)):
+        with pytest.raises(InputError, match="sample_step|finite samples"):
+            dem.ResponseSpectrum.of_record(record, step, [0.1], 0.05)
+
+
+def test_openings_that_were_not_recorded_are_not_asked_for(tmp_path):
+    column = lm.build.column(width=0.3, depth=0.3, unit_height=0.2, courses=1, joint=lm.Joint(30.0))
+    history = dem.simulate(column, dem.Hold(steps=5), store=dem.Store(tmp_path / "run", joints=False))
+    with pytest.raises(InputError, match="not recorded"):
+        history.first_crack(1e-3)

@@ -4,6 +4,7 @@ import pytest
 from walls import stack
 
 import limitmason as lm
+from limitmason.errors import InputError
 
 TWO = [(1.0, 1.0), (1.0, 1.0)]
 
@@ -68,3 +69,27 @@ def test_wrong_arguments_are_refused_with_one_part_and_with_several(heights):
         lm.limit_analysis(assembly, lm.Loads.weight(assembly))
     with pytest.raises(ValueError, match="loads are for"):
         lm.limit_analysis(assembly, lm.Loads(loads.dead[:2], loads.live[:2]))
+
+
+def test_a_bracket_uses_or_refuses_its_grid_as_limit_analysis_does():
+    wall = lm.build.column(width=0.3, depth=0.3, unit_height=0.2, courses=2, joint=lm.Joint(30.0))
+    loads = lm.Loads.horizontal(wall)
+    with pytest.raises(InputError, match="grid"):
+        lm.limit_bracket(wall, loads, grid=(5, 5))
+    upper = lm.limit_bracket(wall, loads, contact_model="lobatto", in_plane=False).upper
+    whole = lm.limit_analysis(wall, loads, contact_model="lobatto", in_plane=False)
+    assert upper.provenance["contact_points"] == whole.provenance["contact_points"]
+
+
+@pytest.mark.parametrize(("call", "message"), [
+    (lambda w, h: lm.limit_analysis(w, h, torsion_limit="1"), "torsion_limit"),
+    (lambda w, h: lm.limit_analysis(w, h, solver=None), "solver"),
+    (lambda w, h: lm.load_region(w, "x", [h]), "dead"),
+    (lambda w, h: lm.proven_range(w, h, which=5), "which"),
+    (lambda w, h: lm.proven_range(w, h, velocity_bound="x"), "velocity_bound"),
+    (lambda w, h: lm.limit_analysis(w, h, "non-associative", seed=-1), "seed"),
+])
+def test_what_is_no_number_is_refused_by_name(call, message):
+    wall = lm.build.column(width=0.3, depth=0.3, unit_height=0.2, courses=2, joint=lm.Joint(30.0))
+    with pytest.raises(InputError, match=message):
+        call(wall, lm.Loads.horizontal(wall))

@@ -9,6 +9,7 @@ from facades import JOINT, MU, associative, built, outwards
 import limitmason as lm
 import mechanisms as me
 from limitmason.constants import GRAVITY
+from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.dissipation import point_rates
 from mechanisms.classical import flat_levels
 from mechanisms.velocity_field import ESTIMATE_INADMISSIBLE, UPPER
@@ -330,3 +331,45 @@ def test_flexure_moves_continuously_from_its_lines_to_the_middle():
     check = me.check_contacts(wall, outwards(wall), v)
     expected = 0.1 / 1.2 * (4.8 - 0.6) / (4.8 - 4.0 / 3.0 * 0.6)
     assert check.multiplier == pytest.approx(expected, rel=5e-3)
+
+
+@pytest.mark.parametrize("way", [(5.0, 0.0, 0.0), (0.0, 3.0, 0.0), (0.0, 0.0, -2.0), (1.0, 2.0, 3.0)])
+@pytest.mark.parametrize(("plan", "direction"), [("straight", (0, 1, 0)), ("straight", (1, 0, 0)), ("U", (0, -1, 0))])
+def test_a_wall_that_was_moved_has_the_same_mechanisms(plan, direction, way):
+    wall = built(plan, top_beam=0.3 if direction[1] else None)
+    moved = wall.transformed(np.eye(3), way)
+    here, there = (me.catalogue(w, lm.Loads.horizontal(w, direction))[0] for w in (wall, moved))
+    assert list(here) == list(there)
+    for name, p in here.items():
+        assert there[name].collapse_multiplier == pytest.approx(p.collapse_multiplier, rel=1e-9)
+        assert there[name].bound == p.bound
+        assert there[name].details.get("hinge_height") == pytest.approx(p.details.get("hinge_height"), abs=1e-9)
+
+
+def test_the_sloping_crack_refuses_an_overload_and_says_that_cohesion_is_left_out():
+    laden = built("straight", top_beam=0.3)
+    with pytest.raises(NotApplicable, match="overload must be 0"):
+        me.sloping_crack(laden)
+    glued = built("straight").with_joints(lambda j: lm.Joint(j.friction_angle_deg, cohesion=1e5, tensile_strength=1e5))
+    assert any("cohesion" in w for w in me.sloping_crack(glued).warnings)
+
+
+@pytest.mark.parametrize("mechanism", [me.inclined_hinge, me.horizontal_flexure])
+def test_no_motion_is_given_for_another_number_of_side_walls_than_the_wall_has(mechanism):
+    wall = built("U")
+    assert mechanism(wall, side_walls=2).mechanism is not None
+    alone = mechanism(wall, side_walls=1)
+    assert alone.mechanism is None
+    assert any("side_walls=1, and the wall has 2" in w for w in alone.warnings)
+
+
+def test_what_is_no_wall_or_of_another_wall_is_refused_by_name():
+    wall, other = built("straight"), built("U")
+    for wrong, message in (("x", "loads must be a Loads"), (lm.Loads.horizontal(other), "the loads are for")):
+        for mechanism in (me.simple_rocking, me.overturning, me.sliding, me.stepped_crack):
+            with pytest.raises(InputError, match=message):
+                mechanism(wall, loads=wrong)
+    with pytest.raises(InputError, match="include is empty"):
+        me.catalogue(wall, lm.Loads.horizontal(wall), include=())
+    with pytest.raises(InputError, match="twists must have shape"):
+        me.check_contacts(wall, lm.Loads.horizontal(wall), np.zeros((3, 6)))

@@ -7,7 +7,7 @@ import pytest
 
 import limitmason as lm
 from limitmason.capacity import imperfection_ensemble
-from limitmason.capacity.ensemble import first_loss
+from limitmason.capacity.ensemble import first_loss, thickness
 from limitmason.errors import InputError, NotConverged
 from limitmason.geometry.polyhedron import Solid, box
 from limitmason.mechanics.plane import contacts_stay_in_plane, find_plane
@@ -180,3 +180,11 @@ def test_gaps_of_a_block_with_sloping_sides_lean_it_as_far_as_they_open():
     low, high = np.tan(np.arctan(0.5 / block.centroids[1, 2]) + lean * np.array([-1.0, 1.0]))
     assert ((low - 1e-4 < found.first_loss) & (found.first_loss < high + 1e-4)).all()
     assert np.ptp(found.first_loss) > 0.5 * (high - low)
+
+
+def test_the_smallest_dimension_does_not_hang_on_how_a_block_is_turned():
+    column = lm.build.column(width=0.2, depth=0.1, unit_height=0.3, courses=3, joint=lm.Joint(30.0))
+    a = np.radians(30.0)
+    turn = np.array([[np.cos(a), -np.sin(a), 0.0], [np.sin(a), np.cos(a), 0.0], [0.0, 0.0, 1.0]])
+    assert thickness(column) == pytest.approx(0.1)
+    assert thickness(column.transformed(turn)) == pytest.approx(0.1)

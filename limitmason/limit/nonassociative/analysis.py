@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.answers.results import FlowRule, Prediction, Status
 from limitmason.arrays import Array
-from limitmason.checks import choice, positive
+from limitmason.checks import choice, count, positive
 from limitmason.display.progress import noted
 from limitmason.errors import InputError
 from limitmason.limit.associative import solve_associative
@@ -140,7 +140,11 @@ def solve_nonassociative(
     start = time.perf_counter()
     named = "standard" if isinstance(search, Effort) else choice("search", search, EFFORTS)
     effort = search if isinstance(search, Effort) else EFFORTS[named]
-    for name, number in (("accuracy", accuracy), ("time_limit", time_limit), ("proof_seconds", proof_seconds)):
+    positive("accuracy", accuracy)
+    count("seed", seed, least=0)
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress must be a function of a trial, got {progress!r}")
+    for name, number in (("time_limit", time_limit), ("proof_seconds", proof_seconds)):
         if number is not None and number != np.inf:
             positive(name, number)
     deadline = np.inf if time_limit is None else start + time_limit

@@ -1,6 +1,7 @@
 """Radenkovic's bracket: what is certain when dilatancy lies below friction."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -8,6 +9,7 @@ from limitmason.answers.results import Bound, BoundKind, Prediction
 from limitmason.limit.associative import solve_associative
 from limitmason.limit.papers import papers_behind
 from limitmason.limit.program.static_theorem import make_problem
+from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.law import peak_law
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -37,7 +39,14 @@ class Bracket:
 
 
 @of_model
-def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
+def limit_bracket(
+    assembly: Assembly,
+    loads: Loads,
+    *,
+    contact_model: str = "vertices",
+    grid: Grid | Mapping[str, Grid] | None = None,
+    in_plane: bool | None = None,
+) -> Bracket:
     """Upper and lower bound of the multiplier for any flow rule between psi and phi.
 
     lambda_assoc(phi := psi) <= lambda <= lambda_assoc(phi).
@@ -45,7 +54,7 @@ def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
     Parameters
     ----------
     assembly, loads : the problem; the joints' dilatancy angles are used
-    options : contact_model, grid, in_plane as in :func:`limitmason.limit.limit_analysis`
+    contact_model, grid, in_plane : as in :func:`limitmason.limit.limit_analysis`
 
     Returns
     -------
@@ -58,6 +67,8 @@ def limit_bracket(assembly: Assembly, loads: Loads, **options: Any) -> Bracket:
     tension corner t = min(ft, c / tan(phi)), so that the cohesion becomes c - (tan(phi) - tan(psi)) t: with the full
     cohesion the reduced law would leave the true one where joints are in tension.
     """
+    grid = chosen_grid(contact_model, grid)
+    options: dict[str, Any] = {"contact_model": contact_model, "grid": grid, "in_plane": in_plane}
     problem = make_problem(assembly, loads, **options)
     upper = solve_associative(problem)
     c = upper.certificate

@@ -10,7 +10,7 @@ import numpy as np
 
 from limitmason.answers.results import Prediction, Status
 from limitmason.arrays import Array
-from limitmason.checks import choice, positive
+from limitmason.checks import choice, count, finite, positive, several
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.limit.associative import solve_associative
@@ -157,9 +157,11 @@ def proven_range(
     began = time.perf_counter()
     if isinstance(which, str):
         which = (which,)
+    which = several("which", which, str)
     if not which or not set(which) <= set(ENDS):
         raise InputError(f"which must hold names of {ENDS}, got {which!r}")
-    if not velocity_bound > 1:
+    count("seed", seed, least=0)
+    if not finite("velocity_bound", velocity_bound) > 1:
         raise InputError(f"velocity_bound must exceed the mean live velocity, 1, got {velocity_bound}")
     choice("search", search, EFFORTS)
     for label, number in (("force_bound", force_bound), ("time_limit", time_limit), ("tolerance", tolerance)):
