@@ -250,6 +250,9 @@ def read_json(path: str | Path) -> Model:
         raise node.error("give exactly one of 'outlines' (with 'thickness') and 'blocks'")
     if ("interfaces" in node) == ("joint" in node):
         raise node.error("give exactly one of 'joint' and 'interfaces' (with 'joint_laws')")
+    for key, other in (("names", "outlines"), ("thickness", "outlines"), ("joint_laws", "interfaces")):
+        if key in node and other not in node:
+            raise node[key].error(f"goes with {other!r}, which are not there; leave it out")
     try:
         assembly = entries.with_materials(node, _stored(node) if "interfaces" in node else _simple(node))
         if "ties" in node:
@@ -344,18 +347,15 @@ def _stored(node: DocumentNode) -> Assembly:
         if entry["law"].text() not in laws:
             raise entry["law"].error(f"there is no law {entry['law'].value!r} in 'joint_laws'")
         rows.append(_StoredInterface(a, b, laws[entry["law"].value], entry["kind"].text(), entry))
-    shaped = [("polygon" in row.entry) for row in rows]
+    shaped = [("polygon" in row.entry or "normal" in row.entry) for row in rows]
     if any(shaped) and not all(shaped):
         raise rows[shaped.index(False)].entry.error("'polygon' is missing; give it for every interface or for none")
     if any(shaped):
         interfaces = [
-            Interface(
-                block_a=row.block_a, block_b=row.block_b, polygon=row.entry["polygon"].array(3),
-                normal=row.entry["normal"].row(), joint=row.law, kind=row.kind,
-            ) for row in rows
+            Interface(row.block_a, row.block_b, *entries.shape_of(row.entry), row.law, row.kind) for row in rows
         ]
-    else:
-        interfaces = _assigned(node, assembly, rows)
+    else:  # an empty list says that there are none
+        interfaces = _assigned(node, assembly, rows) if rows else []
     assembly = replace(assembly, interfaces=tuple(interfaces))
     supports = [entries.support_of(s) for s in node.get("supports") or ()]
     supports += [Support.fixed(f.block()) for f in node.get("fixed") or ()]

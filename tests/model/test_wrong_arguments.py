@@ -70,7 +70,7 @@ WRONG = {
     "no layers": (lambda _: lm.formats.outlines.named_layers([]), "layers: name at least one"),
     "layers by number": (lambda _: lm.formats.outlines.named_layers(3), "layers must be a list of str, got 3"),
     "None for fixed": (lambda _: lm.Assembly.from_polygons([SQUARE], thickness=1, joint=J, fixed=None), r"fixed=\[\]"),
-    "file for outlines": (lambda _: lm.Assembly.from_polygons("w.json", thickness=1, joint=J), "must be numbers"),
+    "file for outlines": (lambda _: lm.Assembly.from_polygons("w.json", thickness=1, joint=J), "outlines must be a"),
     "file for a record": (lambda _: dem.BaseMotion("record.csv", 0.01), r"BaseMotion.from_csv\('record.csv'\)"),
     "drive without axis": (lambda _: dem.Drive({"x": 0.005}), "moves of block 'x' must read"),
     "supports by name": (lambda _: W.with_supports(["base"]), r"supports\[0\] must be a Support, got 'base'"),
