@@ -52,6 +52,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from limitmason.checks import instance
 from limitmason.errors import InputError
 from limitmason.formats import entries
 from limitmason.formats.document import DocumentNode, plain, read_document, restored, write_document
@@ -109,7 +110,8 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
     InputError
         When the recipe holds something that is not plain data, or the loads belong to another assembly.
     """
-    if loads is not None and len(loads.dead) != assembly.n_blocks:
+    instance("assembly", assembly, Assembly)
+    if loads is not None and len(instance("loads", loads, Loads).dead) != assembly.n_blocks:
         raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
     laws = _names("joint", (i.joint for i in assembly.interfaces))
     materials = _names("material", (b.material for b in assembly.blocks if b.material is not None))

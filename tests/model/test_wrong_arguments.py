@@ -79,6 +79,12 @@ WRONG = {
     "loads of text": (lambda _: lm.Loads.horizontal("wall"), "loads are made of an Assembly, got str"),
     "bounds before start": (lambda _: lm.Parameter("a", (0.1, 5.0), 0.5), "stand behind the start"),
     "curve of text": (lambda _: lm.Curve("a", "b"), "displacement must be numbers, got 'a'"),
+    "answer as loads": (lambda a: lm.formats.write("a.json", W, a), "loads must be a Loads, got Prediction"),
+    "loads as an answer": (lambda _: lm.formats.write_vtu("a.vtu", W, L), "prediction must be a Prediction, got Loads"),
+    "loads as a model": (lambda _: lm.formats.write_json("a.json", L), "assembly must be an Assembly, got Loads"),
+    "drawn NaN far": (lambda a: lm.formats.write_vtu("a.vtu", W, a, amplitude=NAN), "amplitude must be a finite"),
+    "row without b": (
+        lambda _: lm.formats.write_measured("no.csv", {"a": "m", "b": "m"}, [{"a": 1.0}]), r"rows\[0\] has no 'b'"),
     "path behind": (lambda _: lm.formats.write(W, "a.json"), r"write\(path, assembly\)"),
     "shapes missing": (lambda _: lm.mac(lm.modes(W), None), "b must be Modes"),
     "loads times text": (lambda _: L.scaled(live="a"), "live must be a finite number, got 'a'"),
