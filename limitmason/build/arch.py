@@ -13,7 +13,7 @@ import numpy as np
 
 from limitmason.build.erect import Site
 from limitmason.build.voussoirs import circle, circle_facts, circular_joints, outlines_between, snapped, springing
-from limitmason.checks import choice, count, positive
+from limitmason.checks import choice, count, numbers, positive
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import prism
 from limitmason.model.assembly import Assembly
@@ -133,7 +133,7 @@ def arch_from_curves(
     InputError
         Curves of different length, fewer than two points, or a voussoir that is not convex, named by its number.
     """
-    inner, outer = np.asarray(intrados, dtype=float), np.asarray(extrados, dtype=float)
+    inner, outer = numbers("intrados", intrados), numbers("extrados", extrados)
     if inner.ndim != 2 or inner.shape != outer.shape or inner.shape[1] != 2 or len(inner) < 2:
         raise InputError(
             f"intrados and extrados must both have shape (n + 1, 2) with n of at least 1, "

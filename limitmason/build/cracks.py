@@ -146,7 +146,7 @@ def _plane(plane: Plane, name: str) -> tuple[Array, Array]:
     plane : as given: a point and a normal of any length
     name : of its block, for messages
     """
-    if not isinstance(plane, (tuple, list)) or len(plane) != 2:
+    if not isinstance(plane, (tuple, list, np.ndarray)) or len(plane) != 2:
         raise InputError(f"the crack plane of block {name!r} must be a point and a normal, got {plane!r}")
     point = read_vector(f"point of the crack plane of block {name!r}", plane[0])
     normal = read_vector(f"normal of the crack plane of block {name!r}", plane[1])

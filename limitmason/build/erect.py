@@ -9,6 +9,7 @@ from typing import Any
 
 from limitmason.build.plan import Box, Unit
 from limitmason.checks import choice, not_negative
+from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid, box
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -90,7 +91,7 @@ class Site:
         """
         return Assembly.from_polyhedra(
             self.solids, density=self.densities, joint=joint, fixed=self.fixed, names=self.names, axes=self.axes,
-            joints=None if joints is None else dict(joints), recipe=recipe, tolerance=tolerance,
+            joints=joints, recipe=recipe, tolerance=tolerance,
         )
 
 
@@ -111,6 +112,8 @@ def add_ground(
     base_margin : how far it stands out [m], half a unit where None
     """
     choice("base", base, BASES)
+    if base_margin is not None and base != "slab":
+        raise InputError(f"base_margin is of the slab, and base is {base!r}: leave it out")
     margin = unit[0] / 2.0 if base_margin is None else not_negative("base_margin", base_margin)
     if base == "slab":
         x0, x1, y0, y1 = footprint

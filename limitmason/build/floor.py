@@ -10,6 +10,7 @@ from limitmason.errors import InputError
 from limitmason.geometry import box
 from limitmason.model.assembly import Assembly
 from limitmason.model.contact_warnings import renumbered_doubts
+from limitmason.model.input import read_list
 from limitmason.model.joint import Joint
 
 _NEAR = 0.01  # of the floor's least size, chosen: blocks this near are looked at for bearings, more than contacts need
@@ -68,7 +69,7 @@ def with_floor(
     if footprint is None:
         low, high = np.min([f[0] for f in free], axis=0), np.max([f[1] for f in free], axis=0)
         footprint = (low[0], high[0], low[1], high[1])
-    plan = [finite("footprint", v) for v in footprint]
+    plan = [finite("footprint", v) for v in read_list("footprint", footprint)]
     if len(plan) != 4 or not (plan[0] < plan[1] and plan[2] < plan[3]):
         raise InputError(f"footprint must be x0 < x1 and y0 < y1 [m], got {tuple(footprint)!r}")
     under = max(f[1, 2] for f in free) if level is None else finite("level", level)

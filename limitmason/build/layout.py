@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+import numpy as np
+
 from limitmason.build.arguments import unit_size
 from limitmason.build.erect import Site, add_ground, add_units
 from limitmason.build.leading_course import Piece
@@ -13,6 +15,7 @@ from limitmason.build.plan import Unit
 from limitmason.checks import choice, finite, positive
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
+from limitmason.model.input import read_list
 from limitmason.model.joint import Joint
 
 Row = str | Sequence[float]
@@ -83,14 +86,15 @@ def layout(
     Source of the notation: layouts of the walls of Ferris and Tin-Loi (2001), Int. J. Mech. Sci. 43, 209-224.
     `recipe["staggering"]` is measured: the smallest overlap of successive rows.
     """
-    rows = rows if isinstance(rows, str) else list(rows)
-    if isinstance(rows, str) or len(rows) == 0:
+    rows = read_list("rows, bottom first,", rows)
+    if not rows:
         raise InputError("rows must be a sequence of rows, bottom first")
-    values = [float(v) for v in unit] if isinstance(unit, (tuple, list)) else unit
+    values = list(unit) if isinstance(unit, (tuple, list, np.ndarray)) else unit
     if thickness is None:
         length, height, depth = unit_size(values)
     else:
-        length, height = unit_size(values[:2] if isinstance(values, list) else values, parts=2)
+        # a thickness of the unit gives way to that of the wall
+        length, height = unit_size(values[:2] if isinstance(values, list) and len(values) == 3 else values, parts=2)
         depth = positive("thickness", thickness)
     choice("column", column, (None, "left", "right"))
     positive("density", density)
@@ -117,6 +121,8 @@ def layout(
     if top_beam is not None:
         box = ((starts[-1], 0.0, top), (stops[-1], depth, top + positive("top_beam", top_beam)))
         site.add_box("beam", box, axis=0, density=beam_density)
+    elif beam_density is not None:
+        raise InputError("beam_density is given but top_beam is not")
     recipe = {
         "kind": "wall", "plan": "straight", "bond": "layout", "rows": widths, "length": right - left, "height": top,
         "thickness": depth, "courses": len(rows), "unit": list(size), "unit_length": length, "unit_height": height,

@@ -8,7 +8,7 @@ A course is a list of its units, from the start of the facade; ``placed`` are th
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -117,7 +117,7 @@ def place_openings(
         Naming the opening: outside the facade, into a return, over another opening, or leaving a slice thinner than a
         tenth of a course.
     """
-    if isinstance(openings, Opening | Mapping):
+    if isinstance(openings, Opening | Mapping) or not isinstance(openings, Iterable):
         raise InputError("openings must be a list: write openings=[...] for one")
     placed: list[Placed] = []
     height = levels[-1]
@@ -136,7 +136,10 @@ def place_openings(
         if soldier and opening.lintel is not None:
             raise InputError(f"{where}.lintel is not used with head='soldier': leave it out")
         # an opening up to the top of the wall has nothing to bear, unless a lintel was asked for, which is then refused
-        wanted = opening.lintel is not False and (z1 < height or opening.lintel not in (None, True))
+        asked = soldier or opening.lintel not in (None, False) or opening.bearing is not None
+        wanted = opening.lintel is not False and (z1 < height or asked)
+        if opening.lintel is False and opening.bearing is not None:
+            raise InputError(f"{where}.bearing is that of a lintel, and lintel is False: leave it out")
         lintel = _head(where, opening, (x0, x1, z1), (length, thickness), levels, unit) if wanted else None
         soldiers = _soldiers(where, lintel, unit[1]) if soldier and lintel is not None else 0
         here = Placed(max(x0, 0.0), min(x1, length), z0, z1, lintel, soldiers)

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.checks import finite, not_negative
+from limitmason.checks import finite, not_negative, numbers
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.assembly import Assembly
-from limitmason.model.input import read_direction, read_vector
+from limitmason.model.input import read_direction, read_fixed, read_vector
 from limitmason.model.interface import COS_45, Interface
 
 _GOLDEN = 0.6180339887498949  # golden ratio less one: the parts of its multiples spread most evenly over 0 to 1 [-]
@@ -142,7 +142,12 @@ def resized(assembly: Assembly, factors: ArrayLike) -> Assembly:
     f = read_vector("factors", factors)
     if not (f > 0).all():
         raise InputError(f"factors must be positive, got {tuple(f.tolist())}")
-    blocks = tuple(replace(b, parts=tuple(Solid(p.vertices * f, p.faces) for p in b.parts)) for b in assembly.blocks)
+    blocks = tuple(
+        replace(
+            b, parts=tuple(Solid(p.vertices * f, p.faces) for p in b.parts), axis=None if b.axis is None else b.axis * f
+        )
+        for b in assembly.blocks
+    )
     interfaces = []
     for i in assembly.interfaces:
         n = i.normal / f  # a normal goes with the inverse transpose
@@ -161,7 +166,8 @@ def with_density_factor(assembly: Assembly, factor: float, blocks: Iterable[int 
     blocks : names or numbers of the blocks that it holds for; None for all
     """
     not_negative("density factor", factor)
-    chosen = set(range(assembly.n_blocks)) if blocks is None else {assembly.block_index(b) for b in blocks}
+    named = range(assembly.n_blocks) if blocks is None else read_fixed(blocks, "blocks")
+    chosen = {assembly.block_index(b) for b in named}
     recipe = dict(assembly.recipe)
     # a recipe has one density: it tells the truth only where all blocks are changed alike
     if blocks is None and "density" in recipe:
@@ -185,7 +191,7 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
     assembly : in its place before
     displacements : translation of the centroid [m] and rotation vector [rad] of every block, shape (n_blocks, 6)
     """
-    u = np.asarray(displacements, dtype=float)
+    u = numbers("displacements", displacements)
     if u.shape != (assembly.n_blocks, 6) or not np.isfinite(u).all():
         raise InputError(f"displacements must be finite and of shape ({assembly.n_blocks}, 6), got shape {u.shape}")
     turn, centre = rotation_matrices(u[:, 3:]), assembly.centroids

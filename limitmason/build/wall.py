@@ -173,6 +173,8 @@ def wall(
     site = Site(density)
     add_ground(site, _bounds(runs), size, base, base_margin)
     add_units(site, [[u for units in by_run for u in units[k]] for k in range(number)], fix_bottom=base == "course")
+    if beam_density is not None and top_beam is None and spreader is None:
+        raise InputError("beam_density is given but neither top_beam nor spreader is")
     _add_lintels(site, placed, lintel_density)
     _add_beams(site, runs, levels[-1], top_beam, beam_over, beam_density)
     _add_spreader(site, runs, levels[-1], spreader, top_beam, beam_density)
@@ -245,6 +247,8 @@ def _add_lintels(site: Site, placed: Sequence[Placed], density: float | None) ->
     density : of lintels [kg/m3], the site's own where None; units on end have that of units
     """
     lintels = [opening.lintel for opening in placed if opening.lintel is not None and not opening.soldiers]
+    if density is not None and not lintels:
+        raise InputError("lintel_density is given but no opening has a lintel")
     for index, lintel in enumerate(lintels):
         site.add_box(f"lintel-{index + 1}", lintel, axis=0, density=density)
     for index, soldiers in enumerate([opening.soldier_boxes for opening in placed if opening.soldiers]):

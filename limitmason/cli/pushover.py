@@ -89,7 +89,8 @@ def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, L
     The target is typed in ``options``.
     """
     source, slash, specimen = options.target.partition("/")
-    if slash and not Path(options.target).exists():
+    path = Path(options.target)
+    if slash and not path.exists() and path.suffix.lower() not in (".json", *console.DRAWING_FILES):
         console.refuse(options, console.DRAWING, "by an experiment, which holds its own")
         test = lm.experiments.load(source, specimen, **_chosen(options.option))
         assembly = test.assembly()

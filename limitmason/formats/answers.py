@@ -25,6 +25,7 @@ from limitmason.answers.results import (
     Reaction,
     Resultants,
 )
+from limitmason.checks import instance
 from limitmason.formats.document import DocumentNode, plain, read_document, write_document
 from limitmason.model import Assembly
 
@@ -47,6 +48,7 @@ def write_prediction(path: str | Path, prediction: Prediction, *, assembly: Asse
     prediction : to be written; entries of its provenance and details that are not plain data are kept as text
     assembly : its block names go into the file, so that the rows of the twists can be told apart
     """
+    instance("prediction", prediction, Prediction)
     names = {} if assembly is None else {"blocks": [b.name for b in assembly.blocks]}
     held = {f.name: getattr(prediction, f.name) for f in fields(prediction) if f.name not in ("structure", "loads")}
     document: dict[str, Any] = {

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from limitmason.checks import choice
+from limitmason.checks import choice, finite, positive
 from limitmason.errors import InputError
 from limitmason.formats.dxf import read_dxf
 from limitmason.formats.meshes import read_solids
@@ -18,6 +18,7 @@ from limitmason.formats.outline_repair import Cleaned, clean
 from limitmason.formats.outlines import Outlines
 from limitmason.formats.svg import read_svg
 from limitmason.model import Assembly, Joint, Loads, Support
+from limitmason.model.input import read_fixed
 from limitmason.storage.files import named_path
 
 PLANE_DRAWINGS = (".dxf", ".svg")
@@ -132,9 +133,10 @@ def model_of_drawing(
         raise InputError(f"{path} holds outlines: give the thickness of the wall [m]")
     choice("tilt", tilt, DIRECTIONS)
     assembly, cleaned = _read(path, joint, thickness, density, scale, tolerance, gap, mortar, layers)
-    assumed = [f"density {density:g} kg/m3 for all blocks", f"every joint: {joint}"]
-    if fixed != LOWEST:
-        assembly = assembly.with_supports(Support.fixed(n) for n in ([fixed] if isinstance(fixed, str) else fixed))
+    assumed = [f"density {finite('density', density):g} kg/m3 for all blocks", f"every joint: {joint}"]
+    if not isinstance(fixed, str) or fixed != LOWEST:
+        named = [fixed] if isinstance(fixed, str) else read_fixed(fixed)
+        assembly = assembly.with_supports(Support.fixed(n) for n in named)
     elif not assembly.fixed.any():
         low = np.array([b.bounds[0, 2] for b in assembly.blocks])
         height = float(np.ptp([b.bounds[:, 2] for b in assembly.blocks]))
@@ -165,6 +167,9 @@ def _read(
     mortar : thickness of the open joints that stones share [m]; None for none
     layers : those that are read; None for all but openings
     """
+    for what, length in (("gap", gap), ("mortar", mortar)):
+        if length is not None:
+            positive(what, length, "m")
     suffix = path.suffix.lower()
     if suffix not in DRAWINGS:
         raise InputError(f"{path}: a drawing ends in {', '.join(DRAWINGS)}, this in {suffix or 'nothing'}")

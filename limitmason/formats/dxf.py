@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.checks import positive
+from limitmason.checks import not_negative, positive
 from limitmason.errors import InputError
 from limitmason.formats.outlines import DrawnOutlines, Outlines, check_layers, named_layers
 from limitmason.model.plausibility import PlausibilityWarning
@@ -100,6 +100,7 @@ def read_dxf(
         With the number of single lines, arcs and splines of each layer that enclose nothing, of hatches that are taken
         as blocks or have islands, of regions, solids and images, which cannot be read, and of lines on hidden layers.
     """
+    not_negative("flatness", flatness)
     ezdxf, ezpath = (needed(name, "DXF drawings", "dxf") for name in ("ezdxf", "ezdxf.path"))
     try:
         drawing = ezdxf.readfile(named_path(path))

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import fields, replace
 from typing import Any
 
+import numpy as np
+
+from limitmason.arrays import Array
 from limitmason.formats.document import DocumentNode
 from limitmason.model import Assembly, Joint, Loads, Material, Support, Tie
 from limitmason.model.joint_term import JointTerm, added_terms
@@ -14,6 +17,9 @@ TIE_NUMBERS = tuple(f.name for f in fields(Tie) if f.name not in ("block_a", "po
 
 DENSITY = 2000.0
 """Of blocks for which a file gives none [kg/m3], the default of ``Assembly`` too."""
+
+_UNIT = 1e-6
+"""Length of a unit vector may be off by this much, which a file's digits make; chosen."""
 
 _PIECE_KEYS = ("vertices", "faces")
 _LOAD_KEYS = (
@@ -30,15 +36,18 @@ def blocks_of(node: DocumentNode) -> dict[str, Any]:
         block.mapping(("name", "density", "axis", "material", "parts", *_PIECE_KEYS))
         names.append(block.given("name", DocumentNode.text, f"block-{k}"))
         density = block.get("density") or default
-        if density is not None and isinstance(density.value, list):  # one for every block
-            entries = list(density)
-            if len(entries) <= k:
-                raise density.error(f"{len(entries)} densities, but there are more blocks")
+        if density is default and default is not None and isinstance(default.value, list):  # one for every block
+            entries, number = list(default), len(list(node["blocks"]))
+            if len(entries) != number:
+                raise default.error(f"{len(entries)} densities for {number} blocks")
             density = entries[k]
         densities.append(DENSITY if density is None else density.number())
         axes.append(block.given("axis", DocumentNode.row, default=None))
         pieces = [block]  # a convex block is its own piece
         if "parts" in block:
+            for key in _PIECE_KEYS:
+                if key in block:
+                    raise block[key].error("does not go with 'parts', which hold all of the block; leave one out")
             pieces = list(block["parts"])
             for piece in pieces:
                 piece.mapping(_PIECE_KEYS)
@@ -129,6 +138,19 @@ def with_materials(node: DocumentNode, assembly: Assembly) -> Assembly:
     return replace(assembly, blocks=tuple(blocks))
 
 
+def shape_of(node: DocumentNode) -> tuple[Array, Array]:
+    """Polygon [m], shape (n, 3), and unit normal, shape (3,), of an interface that a file gives with its shape."""
+    polygon, normal = node["polygon"].array(3), node["normal"].row()
+    if len(polygon) < 3:
+        raise node["polygon"].error(f"a polygon needs three corners, got {len(polygon)}")
+    if normal.shape != (3,) or not abs(np.linalg.norm(normal) - 1.0) < _UNIT:
+        raise node["normal"].error("expected a unit vector x, y, z")
+    r = polygon - polygon[0]
+    if not np.cross(r[1:-1], r[2:]).sum(axis=0) @ normal > 0.0:
+        raise node["polygon"].error("its corners must run counter-clockwise about the normal, around an area")
+    return polygon, normal
+
+
 def block_pair(node: DocumentNode, assembly: Assembly) -> tuple[int, int]:
     """Numbers of two blocks given by name or number."""
     a, b = (node.make(assembly.block_index, block.block()) for block in node.pair("block names"))
@@ -178,6 +200,11 @@ def loads_of(node: DocumentNode, assembly: Assembly) -> Loads:
     kinds = [k for k in ("dead", "horizontal", "body_force", "tilting") if k in loads]
     if len(kinds) > 1:  # each is a whole live load of its own
         raise loads.error(f"{kinds[0]!r} and {kinds[1]!r} exclude each other")
+    actions = ("horizontal", "body_force", "tilting", "point_loads", "pressures", "precompression")
+    for key in actions if "dead" in loads else ("live", "dead_arms", "live_arms"):
+        if key in loads:
+            what = "does not go with 'dead', which holds all loads" if "dead" in loads else "needs 'dead' beside it"
+            raise loads[key].error(f"{what}; leave one of them out" if "dead" in loads else what)
     if "dead" in loads:
         n = assembly.n_blocks
         arms = {key: loads[key].array(9, rows=n).reshape(n, 3, 3) for key in ("dead_arms", "live_arms") if key in loads}

@@ -52,6 +52,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from limitmason.checks import instance
 from limitmason.errors import InputError
 from limitmason.formats import entries
 from limitmason.formats.document import DocumentNode, plain, read_document, restored, write_document
@@ -109,7 +110,8 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
     InputError
         When the recipe holds something that is not plain data, or the loads belong to another assembly.
     """
-    if loads is not None and len(loads.dead) != assembly.n_blocks:
+    instance("assembly", assembly, Assembly)
+    if loads is not None and len(instance("loads", loads, Loads).dead) != assembly.n_blocks:
         raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
     laws = _names("joint", (i.joint for i in assembly.interfaces))
     materials = _names("material", (b.material for b in assembly.blocks if b.material is not None))
@@ -250,6 +252,9 @@ def read_json(path: str | Path) -> Model:
         raise node.error("give exactly one of 'outlines' (with 'thickness') and 'blocks'")
     if ("interfaces" in node) == ("joint" in node):
         raise node.error("give exactly one of 'joint' and 'interfaces' (with 'joint_laws')")
+    for key, other in (("names", "outlines"), ("thickness", "outlines"), ("joint_laws", "interfaces")):
+        if key in node and other not in node:
+            raise node[key].error(f"goes with {other!r}, which are not there; leave it out")
     try:
         assembly = entries.with_materials(node, _stored(node) if "interfaces" in node else _simple(node))
         if "ties" in node:
@@ -344,18 +349,15 @@ def _stored(node: DocumentNode) -> Assembly:
         if entry["law"].text() not in laws:
             raise entry["law"].error(f"there is no law {entry['law'].value!r} in 'joint_laws'")
         rows.append(_StoredInterface(a, b, laws[entry["law"].value], entry["kind"].text(), entry))
-    shaped = [("polygon" in row.entry) for row in rows]
+    shaped = [("polygon" in row.entry or "normal" in row.entry) for row in rows]
     if any(shaped) and not all(shaped):
         raise rows[shaped.index(False)].entry.error("'polygon' is missing; give it for every interface or for none")
     if any(shaped):
         interfaces = [
-            Interface(
-                block_a=row.block_a, block_b=row.block_b, polygon=row.entry["polygon"].array(3),
-                normal=row.entry["normal"].row(), joint=row.law, kind=row.kind,
-            ) for row in rows
+            Interface(row.block_a, row.block_b, *entries.shape_of(row.entry), row.law, row.kind) for row in rows
         ]
-    else:
-        interfaces = _assigned(node, assembly, rows)
+    else:  # an empty list says that there are none
+        interfaces = _assigned(node, assembly, rows) if rows else []
     assembly = replace(assembly, interfaces=tuple(interfaces))
     supports = [entries.support_of(s) for s in node.get("supports") or ()]
     supports += [Support.fixed(f.block()) for f in node.get("fixed") or ()]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.checks import choice, positive
+from limitmason.checks import choice, instance, positive
 from limitmason.errors import InputError
 from limitmason.geometry import Solid
 from limitmason.geometry.shells import Shell, bodies_of_faces, with_hollows
@@ -61,7 +61,7 @@ def write_obj(path: str | Path, assembly: Assembly | Solids) -> None:
         solids: Iterable[Sequence[Solid]] = [b.parts for b in assembly.blocks]
         names: Sequence[str] = [b.name for b in assembly.blocks]
     else:
-        solids, names = assembly
+        solids, names = instance("assembly", assembly, Solids)
     lines = ["# limitmason blocks; units: m; z up"]
     first = 1  # number of the first vertex of a piece: a file counts from 1, through all blocks
     for name, parts in zip(names, solids, strict=True):

@@ -16,6 +16,7 @@ from limitmason.arrays import Array
 from limitmason.checks import not_negative, numbers, positive
 from limitmason.errors import InputError
 from limitmason.formats.drawn_mortar import grown
+from limitmason.model.input import read_list
 from limitmason.storage.files import needed
 
 SAME = 0.95
@@ -131,7 +132,8 @@ def clean(
     """
     not_negative("mortar [m]", mortar)
     positive("gap", gap, "m")
-    if isinstance(outlines, str) or not len(outlines):
+    outlines = read_list("outlines", outlines)
+    if not outlines:
         raise InputError("outlines: give at least one closed polygon x, z [m]")
     labels = [f"stone {i}" for i in range(1, len(outlines) + 1)] if names is None else list(names)
     if len(labels) != len(outlines):

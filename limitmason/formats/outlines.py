@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.checks import several
+from limitmason.checks import not_negative, several
 from limitmason.errors import InputError
 from limitmason.formats.outline_repair import loops, need_shapely
 from limitmason.formats.svg_paths import LARGEST
@@ -113,6 +113,7 @@ class DrawnOutlines:
         PlausibilityWarning
             With the number of lines of each kind and layer that enclose nothing.
         """
+        not_negative("gap", gap)
         found = Outlines([], [], [])
         for layer in self.layers:
             for outline in (*self.closed[layer], *self._enclosed(layer, gap, path, must_close)):

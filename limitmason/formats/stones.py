@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from limitmason.arrays import Array
+from limitmason.checks import finite
 from limitmason.errors import InputError
 from limitmason.formats.meshes import bodies
 from limitmason.geometry import Solid
@@ -147,6 +148,7 @@ def read_stones(
     program that made the mesh, into files of its own, or lower ``convexity`` to accept the hull. Blocks that meet
     without mortar come by :func:`limitmason.formats.read_solids` exactly as drawn, notches and all.
     """
+    finite("convexity", convexity)
     points, names, shares = [], [], []  # the share of its hull that each fills
     for body in (b for group in bodies(path, scale=scale, up=up) for b in group):
         try:

@@ -12,6 +12,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.checks import not_negative
 from limitmason.errors import InputError
 from limitmason.formats.outlines import DrawnOutlines, Outlines, check_layers, named_layers
 from limitmason.formats.svg_paths import Line, matrix_of, number_of, shape_lines, viewport
@@ -84,6 +85,7 @@ def read_svg(
     PlausibilityWarning
         With the number of open lines of each layer that enclose nothing.
     """
+    not_negative("flatness", flatness)
     root = _root(path)
     by_id = {e.get("id", ""): e for e in root.iter()}
     sheet = _style_sheet(root)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.answers.results import Prediction
-from limitmason.checks import choice
+from limitmason.checks import choice, finite, instance
 from limitmason.errors import InputError
 from limitmason.mechanics.rigid_motion import checked_twists, finite_motion, joint_rates, velocity
 from limitmason.model import Assembly
@@ -66,7 +66,8 @@ def write_vtu(
     path : of the blocks' file, by custom ending in .vtu; the interfaces go to "<stem>-interfaces.vtu"
     assembly : the model
     prediction : adds the mechanism and the joint forces, where it has them
-    amplitude : largest displacement of a vertex [m]; a twentieth of the structure's largest extent by default
+    amplitude : largest displacement of a vertex [m]; a twentieth of the structure's largest extent by default. Without
+        a mechanism nothing is displaced
     encoding : "base64" (exact and short) or "ascii" (exact and readable)
 
     Returns
@@ -83,6 +84,11 @@ def write_vtu(
     [m2], ``N`` [N], ``V`` [N] as a vector on block b, ``opening`` and ``sliding`` (largest rates at the corners).
     """
     choice("encoding", encoding, ENCODINGS)
+    instance("assembly", assembly, Assembly)
+    if prediction is not None:
+        instance("prediction", prediction, Prediction)
+    if amplitude is not None:
+        finite("amplitude", amplitude)
     target = named_path(path)
     still = prediction is None or prediction.mechanism is None
     twists = None if prediction is None or still else checked_twists(assembly, prediction)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.checks import finite, positive, several
@@ -23,11 +22,14 @@ from limitmason.model.contact_survey import contact_report
 from limitmason.model.input import (
     JointChoice,
     JointTable,
+    read_axes,
     read_densities,
     read_fixed,
+    read_list,
     read_names,
     read_pieces,
     read_prisms,
+    read_recipe,
 )
 from limitmason.model.interface import Interface, interface_kind, with_edges_inset
 from limitmason.model.joint import Joint
@@ -123,17 +125,14 @@ class Assembly(Displayed, Blockwork):
         PlausibilityWarning
             For densities and sizes that look like other units, and a tolerance too large for the smallest block.
         """
-        if not len(solids):
+        solids = read_list("solids", solids)
+        if not solids:
             raise InputError("an assembly needs at least one block")
         names = read_names(names, len(solids))
         densities = read_densities(density, names)
         pieces = [read_pieces(solid, name) for solid, name in zip(solids, names, strict=True)]
-        if axes is None:
-            axes = [None] * len(pieces)
-        blocks = tuple(
-            Block(n, p, d, None if a is None else np.asarray(a, dtype=float))
-            for n, p, d, a in zip(names, pieces, densities, axes, strict=True)
-        )
+        every_axis = read_axes(axes, len(pieces))
+        blocks = tuple(Block(*row) for row in zip(names, pieces, densities, every_axis, strict=True))
         supports = tuple(Support.fixed(f) for f in read_fixed(fixed))
         rules = ContactRules(
             None if tolerance is None else positive("tolerance", tolerance, "m"),
@@ -145,7 +144,7 @@ class Assembly(Displayed, Blockwork):
         # also how far a vertex may lie off the plane of its face
         typical = detection.typical_tolerance(closed) if tolerance is None else float(tolerance)
         blocks, closed = detection.with_convex_parts(blocks, closed, typical)
-        assembly = cls(blocks, (), supports, dict(recipe or {}), typical, rules)
+        assembly = cls(blocks, (), supports, read_recipe(recipe), typical, rules)
         return assembly._with_contacts(closed, joint, joints or {})
 
     @classmethod
@@ -182,11 +181,10 @@ class Assembly(Displayed, Blockwork):
             As :meth:`from_polyhedra`, and for outlines that cross themselves or enclose no area.
         """
         positive("thickness", thickness, "m")
-        if names is not None and len(names) != len(outlines):
-            raise InputError(f"{len(names)} names are given for {len(outlines)} outlines")
+        outlines = read_list("outlines", outlines)
+        names = read_names(names, len(outlines))
         if tolerance is not None:
             finite("tolerance", tolerance)
-        names = tuple(f"block-{i}" for i in range(len(outlines))) if names is None else tuple(names)
         solids = read_prisms(outlines, names, thickness, tolerance)
         return cls.from_polyhedra(
             solids, joint=joint, density=density, fixed=fixed, names=names, joints=joints, recipe=recipe,
@@ -239,7 +237,8 @@ class Assembly(Displayed, Blockwork):
     def with_supports(self, supports: Iterable[Support]) -> Assembly:
         """This assembly with further supports.
 
-        A new one for a block replaces the block's old one. A block that they leave floating is an error.
+        A new one for a block replaces the block's old one. Joints keep kind and law. A block that they leave floating
+        is an error.
         """
         new = several("supports", supports, Support)
         replaced = {self.block_index(s.block) for s in new}
@@ -290,7 +289,7 @@ class Assembly(Displayed, Blockwork):
 
         Some joints may be missing, or polygons be changed: contacts are not looked for again.
         """
-        return replace(self, interfaces=tuple(interfaces))
+        return replace(self, interfaces=several("interfaces", interfaces, Interface))
 
     def with_ties(self, ties: Iterable[Tie]) -> Assembly:
         """This assembly with these ties in place of those it had.
@@ -325,7 +324,7 @@ class Assembly(Displayed, Blockwork):
     def transformed(self, matrix: ArrayLike, translation: ArrayLike = (0.0, 0.0, 0.0)) -> Assembly:
         """This assembly rotated, mirrored or scaled by a matrix and moved.
 
-        A point goes from x to M x + t, and gravity stays along -z.
+        A point goes from x to M x + t, and gravity stays along -z. What supports hold turns along.
 
         Parameters
         ----------
@@ -334,7 +333,8 @@ class Assembly(Displayed, Blockwork):
 
         Notes
         -----
-        The recipe is kept only under a pure translation: its directions and lengths would no longer be right.
+        The recipe is kept only under a pure translation: its directions and lengths would no longer be right. A support
+        of single directions that would lie along no global axis is refused.
         """
         return transformed(self, matrix, translation)
 

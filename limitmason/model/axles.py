@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.checks import finite
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.model.applied_forces import AppliedForces
@@ -131,6 +132,7 @@ def axle_forces(
     top = max(max(s.z, s.z + s.slope * (s.end - s.start)) for s in strips)
     if not level >= top - _LEVEL_SLACK * abs(top):
         raise InputError(f"level of the fill {level:g} m is below the extrados at {top:g} m")
+    spread_deg, contact = finite("spread_deg", spread_deg), finite("contact", contact)
     if not (0.0 <= spread_deg < _WIDEST_SPREAD and contact > 0.0):
         raise InputError(
             f"spread_deg must be at least 0 and below {_WIDEST_SPREAD:g}, contact positive: {spread_deg!r}, {contact!r}"

@@ -12,6 +12,7 @@ from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.geometry.splitting import split_polygon
 from limitmason.model.applied_forces import AppliedForces
+from limitmason.model.input import read_fixed
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
@@ -53,7 +54,8 @@ def backfill_forces(
     top, k = finite("level", level), not_negative("lateral", lateral)
     rho = positive("density of the fill", density, "kg/m3")
     free = [i for i in range(assembly.n_blocks) if not assembly.fixed[i]]
-    rows = free if blocks is None else [assembly.block_index(b) for b in blocks]
+    # a block that is named twice carries its fill once
+    rows = free if blocks is None else list(dict.fromkeys(map(assembly.block_index, read_fixed(blocks, "blocks"))))
     forces, loaded, inclined = AppliedForces.none(assembly), False, False
     # polygon and outward normal of the joints of every loaded block
     covered: dict[int, list[tuple[Array, Array]]] = {i: [] for i in rows}

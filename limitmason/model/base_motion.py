@@ -66,9 +66,11 @@ class BaseMotion(Displayed, Stage):
             name = str(self.acceleration)
             raise InputError(f"BaseMotion takes numbers; a file is read by BaseMotion.from_csv({name!r})")
         record = numbers("BaseMotion: acceleration", self.acceleration)
+        # an array or list of the user may be changed afterwards: the record may not
+        object.__setattr__(self, "acceleration", _plain(record))
         if not np.isfinite(record).all():
             raise InputError("BaseMotion: the record has samples that are not finite")
-        if not record.size or len(record) < 2:
+        if not record.ndim or not record.size or len(record) < 2:
             raise InputError("BaseMotion: a record needs two samples of acceleration and more")
         if record.ndim != 1 and record.shape[1:] != (3,):
             raise InputError(f"BaseMotion: acceleration must have shape (k,) or (k, 3), got {record.shape}")
@@ -164,8 +166,7 @@ class BaseMotion(Displayed, Stage):
         """
         a, h = self._components, self.sample_step
         mean = 0.5 * h * (a[1:] + a[:-1]).sum(axis=0) / (h * (len(a) - 1))
-        level = (a - mean).reshape(np.shape(self.acceleration))
-        return replace(self, acceleration=tuple(map(tuple, level)) if level.ndim == 2 else tuple(level.tolist()))
+        return replace(self, acceleration=(a - mean).reshape(np.shape(self.acceleration)))
 
     def spectrum(
         self, periods: ArrayLike | None = None, *, damping: float = 0.05, component: int = 0
@@ -178,7 +179,7 @@ class BaseMotion(Displayed, Stage):
         damping : over the critical one [-]
         component : of a record with three: 0, 1 or 2 for x, y or z
         """
-        choice("component", component, tuple(range(self._components.shape[1])))
+        component = int(choice("component", component, tuple(range(self._components.shape[1]))))
         return ResponseSpectrum.of_record(self._components[:, component], self.sample_step, periods, damping)
 
     def diagram(self) -> dict[str, Any]:
@@ -206,10 +207,16 @@ class BaseMotion(Displayed, Stage):
         v = np.concatenate([start, np.cumsum(0.5 * h * (a[1:] + a[:-1]), axis=0)])
         u = np.concatenate([start, np.cumsum(h * v[:-1] + h * h * (2.0 * a[:-1] + a[1:]) / 6.0, axis=0)])
         # sample before each time, the time since then, and that since the end of the record
+        times = np.asarray(times, dtype=float)
         k = np.clip((times / h).astype(int), 0, len(a) - 2)
         r = np.clip(times - k * h, 0.0, h)[:, None]
         late = np.maximum(times - (len(a) - 1) * h, 0.0)[:, None]
         return u[k] + v[k] * r + 0.5 * a[k] * r**2 + (a[k + 1] - a[k]) / (6.0 * h) * r**3 + v[-1] * late
+
+
+def _plain(record: Array) -> Any:
+    """A record as numbers that nobody can change, or as tuples of three of them."""
+    return tuple(map(tuple, record.tolist())) if record.ndim == 2 else tuple(np.atleast_1d(record).tolist())
 
 
 def _read_columns(

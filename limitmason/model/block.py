@@ -24,7 +24,7 @@ class Block(ReadOnly):
     name : unique label
     parts : convex pieces (vertices [m], shape (n, 3); faces counter-clockwise seen from outside)
     density : mass density [kg/m3], >= 0
-    axis : length direction of the unit as laid, unit vector, shape (3,), or None
+    axis : length direction of the unit as laid, made a unit vector, shape (3,), or None
     material : what deforms, yields or cracks in it; None where it is rigid in every theory
 
     Raises
@@ -52,10 +52,12 @@ class Block(ReadOnly):
             )
         if self.axis is not None:
             axis = read_vector(f"axis of block {self.name!r}", self.axis)
-            # beyond, the square of its length overflows
-            if not 0.0 < np.abs(axis).max() < 1e100:
+            # beyond, the square of its length is no number
+            if not 1e-100 < np.abs(axis).max() < 1e100:
                 raise InputError(f"axis of block {self.name!r} must be a direction, got {self.axis!r}")
-            object.__setattr__(self, "axis", owned(axis))
+            length = float(np.linalg.norm(axis))
+            # one that is a unit vector but for rounding stays to the last bit
+            object.__setattr__(self, "axis", owned(axis if abs(length - 1.0) < 1e-9 else axis / length))
 
     @cached_property
     def _properties(self) -> tuple[float, Array, Array]:

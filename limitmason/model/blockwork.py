@@ -69,7 +69,7 @@ class Blockwork(ReadOnly):
                 near = sorted(self._numbers, key=lambda n: (n[:3] != block[:3], abs(len(n) - len(block))))[:5]
                 raise InputError(f"there is no block named {block!r}; names include {', '.join(near)}")
             return self._numbers[block]
-        if not isinstance(block, int | np.integer):
+        if not isinstance(block, int | np.integer) or isinstance(block, bool):
             raise InputError(f"one block is needed, by its name or number; got {block!r}")
         if not 0 <= int(block) < self.n_blocks:
             raise InputError(f"block number {block} is outside 0 .. {self.n_blocks - 1}")

@@ -1,6 +1,6 @@
 """What users write, read into the model's own forms: solids, densities and tables of joints."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,12 +21,36 @@ def read_names(names: Sequence[str] | None, count: int) -> tuple[str, ...]:
     """
     if names is None:
         return tuple(f"block-{i}" for i in range(count))
+    if isinstance(names, str) or not isinstance(names, Iterable):
+        raise InputError(f"names must be a list of block names, got {names!r}")
     read = tuple(str(n) for n in names)
     if len(read) != count:
         raise InputError(f"{len(read)} names are given for {count} blocks")
     if len(set(read)) < len(read):
         twice = next(n for n in read if read.count(n) > 1)
         raise InputError(f"block name {twice!r} is used more than once")
+    return read
+
+
+def read_list(name: str, value: Any) -> list[Any]:
+    """Items of a list or of what else gives them one after the other, or an error that names the argument."""
+    if isinstance(value, str) or not isinstance(value, Iterable):
+        raise InputError(f"{name} must be a list, got {value!r}")
+    return list(value)
+
+
+def read_recipe(recipe: Any) -> dict[str, Any]:
+    """A copy of a recipe, an empty one for None."""
+    if not isinstance(recipe, Mapping | None):
+        raise InputError(f"recipe must be a mapping of plain data, got {recipe!r}")
+    return dict(recipe or {})
+
+
+def read_axes(axes: Any, count: int) -> list[Any]:
+    """Length direction of every block as laid, None for one without; ``axes`` None gives none to all."""
+    read = [None] * count if axes is None else read_list("axes", axes)
+    if len(read) != count:
+        raise InputError(f"{len(read)} axes are given for {count} blocks: give None for a block without")
     return read
 
 
@@ -138,24 +162,32 @@ def read_vector(name: str, value: Any) -> np.ndarray:
 def read_direction(name: str, value: Any) -> np.ndarray:
     """A direction made of unit length, or an error that names the argument."""
     vector = read_vector(name, value)
-    if not np.linalg.norm(vector) > 0.0:
+    if not vector.any():
         raise InputError(f"{name} must be a direction that is not zero, got {value!r}")
+    # squares of longer and of shorter ones are no numbers
+    if not 1e-100 < np.abs(vector).max() < 1e100:
+        vector = vector / np.abs(vector).max()
     return vector / np.linalg.norm(vector)
 
 
-def read_fixed(fixed: Any) -> tuple[int | str, ...]:
-    """Names or numbers of held blocks, as a user gives them.
+def read_fixed(fixed: Any, name: str = "fixed") -> tuple[int | str, ...]:
+    """Names or numbers of blocks, as a user gives them.
 
     A single one is an error that says how to write it.
+
+    Parameters
+    ----------
+    fixed : as given
+    name : of the argument, for messages
     """
     if isinstance(fixed, str | int | np.integer):
-        raise InputError(f"fixed must be a list of block names or numbers: write fixed=[{fixed!r}]")
-    if fixed is None:
-        raise InputError("fixed must be a list of block names or numbers: for none write fixed=[]")
+        raise InputError(f"{name} must be a list of block names or numbers: write {name}=[{fixed!r}]")
+    if not isinstance(fixed, Iterable):
+        raise InputError(f"{name} must be a list of block names or numbers: for none write {name}=[]")
     out = tuple(fixed)
     for item in out:
         if not isinstance(item, str | int | np.integer) or isinstance(item, bool):
-            raise InputError(f"fixed: {item!r} is neither a block name nor a whole number")
+            raise InputError(f"{name}: {item!r} is neither a block name nor a whole number")
     return out
 
 
@@ -185,6 +217,8 @@ class JointChoice:
         self.pairs: dict[frozenset[str], Joint] = {}
         self.used: set[Any] = set()
         self.names = names
+        if not isinstance(table, Mapping):
+            raise InputError(f"joints must be a table {{'head': Joint(...)}} or {{('a', 'b'): ...}}, got {table!r}")
         for key, law in table.items():
             if not isinstance(law, Joint):
                 raise InputError(f"joints[{key!r}] must be a limitmason.Joint, got {law!r}")

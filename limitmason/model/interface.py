@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import not_negative
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import axes_in_plane, clip_convex
+from limitmason.model.input import read_direction
 from limitmason.model.joint import Joint
 from limitmason.storage.frozen import ReadOnly, owned
 
@@ -28,7 +30,7 @@ class Interface(ReadOnly):
     polygon : convex polygon [m], shape (n, 3), counter-clockwise seen against the normal
     normal : unit vector from a to b, shape (3,)
     joint : its law
-    kind : "base" (one block is wholly held), "bed" (normal within 45 degrees of vertical), else "head"
+    kind : as it was found: "base" (one block wholly held), "bed" (normal within 45 degrees of vertical), else "head"
     """
 
     block_a: int
@@ -114,9 +116,8 @@ def with_edges_inset(
     inset : how far every edge moves [m], >= 0
     direction : edges whose normal in the plane is within 45 degrees of it stay, shape (3,); None moves all
     """
-    if not inset >= 0:
-        raise InputError(f"inset must be >= 0 m, got {inset!r}")
-    keep = None if direction is None else np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    not_negative("inset [m]", inset)
+    keep = None if direction is None else read_direction("direction", direction)
     changed = []
     for interface in interfaces:
         polygon = _pulled_in(interface, inset, keep)

@@ -164,8 +164,9 @@ class Joint:
         coefficient : tan(phi) [-], >= 0
         options : other fields of the joint
         """
-        if not coefficient >= 0.0:
-            raise InputError(f"friction coefficient must be a number >= 0, got {coefficient!r}")
+        law_number("friction coefficient", coefficient)
+        if "friction_angle_deg" in options:
+            raise InputError("give the friction coefficient or friction_angle_deg, not both")
         with given_as_coefficient():
             return cls(math.degrees(math.atan(coefficient)), **options)
 

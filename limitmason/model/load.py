@@ -14,7 +14,7 @@ from limitmason.errors import InputError
 from limitmason.model.applied_forces import AppliedForces
 from limitmason.model.axles import axle_forces
 from limitmason.model.backfill import backfill_forces
-from limitmason.model.input import read_direction, read_vector
+from limitmason.model.input import read_direction, read_fixed, read_vector
 from limitmason.model.load_arrays import LARGEST, LoadArrays
 from limitmason.model.patch_pressure import patch_forces
 from limitmason.model.plausibility import warn_of_point
@@ -92,7 +92,7 @@ class Loads(LoadArrays):
             When the direction is zero, not finite, or not horizontal: 1e-9 of its length may be vertical by rounding.
         """
         d = read_vector("direction", direction)
-        if abs(d[2]) > 1e-9 * np.linalg.norm(d):
+        if abs(read_direction("direction", d)[2]) > 1e-9:
             raise InputError(
                 f"direction {tuple(float(x) for x in d)} is not horizontal; use Loads.body_force for an inclined one"
             )
@@ -350,7 +350,7 @@ class Loads(LoadArrays):
         blocks : names or numbers, or None for all
         case : "live" (scaled by the multiplier) or "dead"
         """
-        rows: Iterable[int] = range(assembly.n_blocks) if blocks is None else [assembly.block_index(b) for b in blocks]
+        rows = range(assembly.n_blocks) if blocks is None else map(assembly.block_index, read_fixed(blocks, "blocks"))
         forces = AppliedForces.none(assembly)
         for i in rows:
             forces.force[i] = assembly.weights[i] * read_vector("direction", direction)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.checks import finite
+from limitmason.checks import finite, numbers
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import axial
 from limitmason.storage.frozen import ReadOnly
@@ -46,7 +46,7 @@ class LoadArrays(ReadOnly):
     def __post_init__(self) -> None:
         """Check shapes and values."""
         for label in ("dead", "live"):
-            wrench, arms = (np.array(getattr(self, name), dtype=float) for name in (label, f"{label}_arms"))
+            wrench, arms = (numbers(f"{name} loads", getattr(self, name)) for name in (label, f"{label}_arms"))
             if wrench.ndim != 2 or wrench.shape[1] != 6:
                 raise InputError(f"{label} loads must have shape (n_blocks, 6), got {wrench.shape}")
             # none given: moments are couples
@@ -107,7 +107,7 @@ class LoadArrays(ReadOnly):
         ----------
         matrix : orthogonal, shape (3, 3)
         """
-        m = np.asarray(matrix, dtype=float)
+        m = numbers("matrix", matrix)
         if m.shape != (3, 3) or not np.allclose(m @ m.T, np.eye(3), atol=1e-9):
             raise InputError("matrix must be an orthogonal 3 x 3 matrix: a rotation or a mirror")
         turned: dict[str, Any] = {}

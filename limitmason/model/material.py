@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import KW_ONLY, dataclass, fields
 
-from limitmason.checks import law_angles, law_number
+from limitmason.checks import law_angles, law_number, positive
 from limitmason.errors import InputError
 from limitmason.model.plausibility import warn_of_material
 
@@ -135,7 +135,8 @@ class Material:
         Murano et al., equations 9 to 12, after Lourenço's recommendations. They are a first guess where nothing was
         measured: a dry wall has no tensile strength, whatever its modulus.
         """
-        fc = young_modulus / modulus_over_strength
+        fc = positive("young_modulus", young_modulus) / positive("modulus_over_strength", modulus_over_strength)
+        positive("ductility", ductility)
         return cls(
             young_modulus, poisson_ratio, density, tensile_strength=fc / 10.0, tensile_energy=tensile_energy,
             compressive_strength=fc, compressive_energy=ductility * fc, name=name,

@@ -7,10 +7,14 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from limitmason.arrays import Array
+from limitmason.checks import count, numbers
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.contact_warnings import moved_doubts, renumbered_doubts
+from limitmason.model.input import read_list, read_vector
+from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 
 Laid = TypeVar("Laid", bound=Blockwork)
 
@@ -26,10 +30,10 @@ def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> La
     matrix : a multiple of an orthogonal one, shape (3, 3)
     translation : [m], shape (3,)
     """
-    m, t = np.asarray(matrix, dtype=float), np.asarray(translation, dtype=float)
+    m, t = numbers("matrix", matrix), read_vector("translation", translation)
     # lengths after over before
-    scale = abs(np.linalg.det(m)) ** (1.0 / 3.0)
-    if m.shape != (3, 3) or scale == 0 or not np.allclose(m @ m.T, scale**2 * np.eye(3), atol=1e-9 * scale**2):
+    scale = abs(np.linalg.det(m)) ** (1.0 / 3.0) if m.shape == (3, 3) else 0.0
+    if not scale > 0.0 or not np.allclose(m @ m.T, scale**2 * np.eye(3), atol=1e-9 * scale**2):
         raise InputError("matrix must be a multiple of an orthogonal 3 x 3 matrix (rotation, mirror, uniform scale)")
     # a mirror turns the sense of every polygon round
     mirrored = np.linalg.det(m) < 0
@@ -59,6 +63,7 @@ def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> La
     rules = assembly.contact_rules
     return replace(
         assembly, blocks=blocks, interfaces=interfaces, recipe=recipe, tolerance=assembly.tolerance * scale,
+        supports=tuple(_turned_support(s, m / scale) for s in assembly.supports),
         contact_rules=replace(
             rules, distance=None if rules.distance is None else rules.distance * scale,
             width=None if rules.width is None else rules.width * scale,
@@ -66,6 +71,35 @@ def transformed(assembly: Laid, matrix: ArrayLike, translation: ArrayLike) -> La
         doubts=moved_doubts(assembly.doubts, m, t, scale),
         ties=tuple(replace(tie, point_a=m @ tie.ends[0] + t, point_b=m @ tie.ends[1] + t) for tie in assembly.ties),
     )
+
+
+def _turned_support(support: Support, turn: Array) -> Support:
+    """A support whose held directions turn with its block.
+
+    Parameters
+    ----------
+    support : before
+    turn : orthogonal, shape (3, 3)
+
+    Raises
+    ------
+    InputError
+        Naming the block, where what it holds then runs along no global axes.
+    """
+    held: list[bool] = []
+    for flags in (support.held[:3], support.held[3:]):
+        # onto the space that is held: diagonal where global axes span it
+        onto = turn @ np.diag(np.array(flags, dtype=float)) @ turn.T
+        kept = np.diag(onto) > 0.5
+        if not np.allclose(onto, np.diag(kept.astype(float)), atol=1e-6):
+            raise InputError(
+                f"the support of block {support.block!r} holds single directions, which then lie along no global axis: "
+                "turn by quarters, or give the supports after the turn"
+            )
+        held += kept.tolist()
+    if tuple(held) == support.held:
+        return support
+    return Support(support.block, dofs=tuple(d for d, h in zip(DEGREES_OF_FREEDOM, held, strict=True) if h))
 
 
 def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
@@ -76,7 +110,7 @@ def renumbered(assembly: Laid, order: Sequence[int]) -> Laid:
     assembly : before
     order : every block number once; new block k is old block ``order[k]``
     """
-    order = [int(k) for k in order]
+    order = [count("order", k, 0) for k in read_list("order", order)]
     if sorted(order) != list(range(assembly.n_blocks)):
         raise InputError("order must hold every block number once")
     # new number of every old block

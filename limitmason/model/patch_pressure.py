@@ -10,7 +10,7 @@ from limitmason.errors import InputError
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.model.applied_forces import AppliedForces
-from limitmason.model.input import read_vector
+from limitmason.model.input import read_list, read_vector
 from limitmason.model.pressure import Pressure
 
 if TYPE_CHECKING:
@@ -69,7 +69,10 @@ def read_patch(corners: ArrayLike) -> Patch:
     InputError
         When they are no flat convex polygon.
     """
-    p = np.array([read_vector(f"corners[{k}] of the patch", c) for k, c in enumerate(np.atleast_2d(corners))])
+    given = read_list("corners of the patch", corners)
+    p = np.array([read_vector(f"corners[{k}] of the patch", c) for k, c in enumerate(given)]).reshape(-1, 3)
+    # a corner that is given again right after itself, or at the end, is one
+    p = p[np.any(p != np.roll(p, 1, axis=0), axis=1)]
     if len(p) < 3:
         raise InputError(f"a patch needs at least three corners, got {len(p)}")
     r = p - p[0]
@@ -81,9 +84,12 @@ def read_patch(corners: ArrayLike) -> Patch:
         raise InputError("the corners of the patch lie on one line")
     normal = vector / area
     edges = np.roll(p, -1, axis=0) - p
-    turns = np.cross(edges, np.roll(edges, -1, axis=0)) @ normal
+    following = np.roll(edges, -1, axis=0)
+    turns = np.cross(edges, following) @ normal
+    # a star turns round twice and more
+    rounds = np.arctan2(turns, (edges * following).sum(axis=1)).sum() / (2.0 * np.pi)
     # of a convex polygon no edge turns to the right
-    if np.abs(r @ normal).max() > NEAR * size or turns.min() < -NEAR * size**2:
+    if np.abs(r @ normal).max() > NEAR * size or turns.min() < -NEAR * size**2 or rounds > 1.5:
         raise InputError("the corners of the patch must be a flat convex polygon, in order around it")
     first = p[1] - p[0]
     first = first / np.linalg.norm(first)

@@ -39,8 +39,8 @@ def with_joint_laws(
     joints : one law, a function of a joint's old law, or a table by kind or by pair of block names
     kinds : of the joints that one law or a function is for; None is all
     """
-    if isinstance(kinds, str):
-        raise InputError(f"kinds must be several names such as ('bed', 'base'), got the single word {kinds!r}")
+    if isinstance(kinds, str) or not isinstance(kinds, Iterable | None):
+        raise InputError(f"kinds must be several names such as ('bed', 'base'), got {kinds!r}")
     chosen = None if kinds is None else set(kinds)
     for kind in chosen or ():
         choice("kinds", kind, _known(assembly.interfaces))
@@ -87,7 +87,9 @@ def with_materials(
     blocks : names or numbers of the blocks that one material is for; None is all
     """
     if isinstance(material, Material):
-        chosen = range(assembly.n_blocks) if blocks is None else [assembly.block_index(b) for b in read_fixed(blocks)]
+        chosen = range(assembly.n_blocks) if blocks is None else [
+            assembly.block_index(b) for b in read_fixed(blocks, "blocks")
+        ]
         table = dict.fromkeys(chosen, material)
     elif blocks is not None:
         raise InputError("blocks goes with one material; a table names its blocks itself")

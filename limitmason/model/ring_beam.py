@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.model.blockwork import Blockwork
+from limitmason.model.input import read_list, read_vector
 from limitmason.model.tie import Tie
 
 _ON_FACE = 10.0  # tolerances of contacts, chosen: a point this near outside a face is meant to be on it
@@ -87,8 +88,8 @@ def ring_beam(
     The bending stiffness of a beam, which spreads load between its fastenings, is left out; a beam that rests on the
     wall as a body is a block of its own.
     """
-    line = np.array([np.asarray(p, dtype=float) for p in points])
-    if line.ndim != 2 or len(line) < 2 or line.shape[1] != 3:
+    line = np.array([read_vector("point of a ring beam", p) for p in read_list("points", points)])
+    if len(line) < 2:
         raise InputError("a ring beam needs two points or more, three coordinates each [m]")
     owner = [_block_at(assembly, p) for p in line]
     names = [assembly.blocks[block].name for block in owner]

@@ -89,7 +89,7 @@ def group_of(assembly: Blockwork, support: Group) -> list[int]:
     InputError
         For a group without blocks, one that names a block twice, or one of several blocks that are not all wholly held.
     """
-    named = list(support or ()) if isinstance(support, Collection) and not isinstance(support, str) else [support]
+    named = list(support) if isinstance(support, Collection) and not isinstance(support, str) else [support]
     group = [] if support is None else [assembly.block_index(block) for block in named]
     if not group or len(set(group)) < len(group):
         raise InputError(f"support: give one block, or a list of different ones that settle as one; got {support!r}")

@@ -13,6 +13,7 @@ from typing import Any
 
 from limitmason.errors import InputError
 from limitmason.storage.csv_table import UNITS, Parsed, Tabular, parsed, write_table
+from limitmason.storage.files import named_path
 
 BEYOND = {">": "above", "<": "below"}
 """Where a value lies that was not reached, by the sign before the number in its cell."""
@@ -107,7 +108,7 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
     InputError
         Naming row, column and unit of what is wrong.
     """
-    path = Path(path)
+    path = named_path(path)
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError as error:
@@ -184,11 +185,14 @@ def write_measured(
     Raises
     ------
     InputError
-        Where the file exists already.
+        Where the file exists already, and for a row without one of the columns.
     """
-    path = Path(path)
+    path = named_path(path)
     if path.exists():
         raise InputError(f"{path} exists already; choose another name")
+    for k, row in enumerate(rows):
+        if missing := [name for name in units if name not in row]:
+            raise InputError(f"rows[{k}] has no {missing[0]!r}: give every column a value")
     cells = ([f"{v:.10g}" if isinstance(v, float) else v for v in (row[name] for name in units)] for row in rows)
     write_table(path, units, cells, note)
 

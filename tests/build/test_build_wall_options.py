@@ -252,3 +252,24 @@ def test_ten_thousand_units_are_laid(monkeypatch):
     monkeypatch.setattr(erect, "Assembly", Counted)
     number = build.wall(length=0.4 * 71, courses=141, unit=BRICK, joint=JOINT)
     assert number == 1 + 71 * 71 + 70 * 72
+
+
+@pytest.mark.parametrize("options, message", [
+    ({"beam_density": 2500.0}, "beam_density is given but neither top_beam nor spreader is"),
+    ({"lintel_density": 2500.0}, "lintel_density is given but no opening has a lintel"),
+    ({"base": None, "base_margin": 0.5}, "base_margin is of the slab, and base is None"),
+    ({"openings": [build.Opening(0.4, 0.1, 0.2, 0.1, lintel=False, bearing=0.2)]}, r"openings\[0\].bearing"),
+    ({"openings": [build.Opening(0.4, 0.2, 0.2, 0.2, head="soldier")]}, r"openings\[0\].head: the soldiers' top"),
+    ({"openings": [build.Opening(0.4, 0.2, 0.2, 0.2, bearing=0.1)]}, r"openings\[0\].lintel: its top"),
+    ({"openings": None}, "openings must be a list"),
+])
+def test_what_a_wall_has_no_use_for_is_refused(options, message):
+    with pytest.raises(ValueError, match=message):
+        build.wall(length=1.0, courses=4, unit=(0.25, 0.1, 0.1), joint=JOINT, **options)
+
+
+def test_a_layout_refuses_the_density_of_a_beam_that_is_not_there():
+    with pytest.raises(ValueError, match="beam_density is given but top_beam is not"):
+        build.layout(["1 1"], unit=BRICK, joint=JOINT, beam_density=2500.0)
+    with pytest.raises(ValueError, match="unit length must be a finite number, got 'a'"):
+        build.layout(["1 1"], unit=("a", 1.0, 2.0), joint=JOINT)

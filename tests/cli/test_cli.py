@@ -158,6 +158,7 @@ def test_figures(kind, tmp_path, capsys):
 
 @pytest.mark.parametrize("arguments, message", [
     (("solve", "nowhere.json"), "nowhere.json: no such file"),
+    (("pushover", "no/where.json", "--to", "1mm", "--block", "a", "--direction", "1", "0", "0"), "no such file"),
     (("solve", "ferris"), "neither a file nor SOURCE/SPECIMEN"),
     (("solve", "ferris/wall-1"), "unknown experiment source"),
     (("solve", "ferris-tin-loi-2001/wall-9"), "wall-9"),

@@ -83,3 +83,13 @@ def test_three_components_move_the_ground_and_slide_the_block_along_each():
     one, three = moved(push)[1], moved(np.column_stack([push, flat, flat]))[1]
     for name in ("shift", "quaternion", "reaction", "opening"):
         assert np.array_equal(getattr(one, name), getattr(three, name)), name
+
+
+def test_a_record_is_not_changed_with_the_array_it_was_made_of():
+    record = np.array([0.0, 1.0, -1.0, 0.0])
+    motion = dem.BaseMotion(record, 0.01)
+    record[:] = 9.0
+    assert motion.acceleration == (0.0, 1.0, -1.0, 0.0)
+    assert motion.displacement([0.0, 0.01])[0] == 0.0
+    three = dem.BaseMotion(np.ones((4, 3)), 0.01)
+    assert three.corrected().acceleration == ((0.0, 0.0, 0.0),) * 4

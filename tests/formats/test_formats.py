@@ -239,3 +239,51 @@ def test_prediction_without_mechanism_and_with_odd_details(tmp_path):
     document = json.loads((tmp_path / "p.json").read_text()) | {"status": 3}
     with pytest.raises(ValueError, match=r"p\.json: status: expected a text, got 3"):
         formats.read_prediction(write(tmp_path / "p.json", document))
+
+
+def _changed(path, change):
+    document = json.loads(path.read_text())
+    change(document)
+    path.write_text(json.dumps(document))
+    return path
+
+
+@pytest.mark.parametrize("key, value, message", [
+    ("point_loads", [{"block": "pier", "force": [1, 0, 0]}], "loads.point_loads: does not go with 'dead'"),
+    ("precompression", {"force": 5, "block": "pier"}, "loads.precompression: does not go with 'dead'"),
+])
+def test_actions_beside_wrenches_are_refused_not_passed_over(tmp_path, key, value, message):
+    assembly = make_assembly()
+    formats.write_json(tmp_path / "m.json", assembly, Loads.weight(assembly))
+    with pytest.raises(ValueError, match=message):
+        formats.read_json(_changed(tmp_path / "m.json", lambda d: d["loads"].__setitem__(key, value)))
+    with pytest.raises(ValueError, match="loads.live: needs 'dead'"):
+        formats.read_json(_changed(tmp_path / "m.json", lambda d: d["loads"].pop("dead")))
+
+
+def test_a_stored_interface_has_a_shape_that_can_be_one(tmp_path):
+    assembly = make_assembly().with_contact_ends_pulled_in(0.013)
+    for key, value, message in (
+        ("normal", [0, 0], "normal: expected a unit vector"), ("normal", [0, 0, 2], "normal: expected a unit vector"),
+        ("polygon", [[0, 0, 0], [1, 0, 0]], "polygon: a polygon needs three corners, got 2"),
+        ("polygon", [[0, 0, 0], [1, 0, 0], [2, 0, 0]], "must run counter-clockwise about the normal"),
+    ):
+        formats.write_json(tmp_path / "m.json", assembly)
+        with pytest.raises(ValueError, match=message):
+            formats.read_json(_changed(tmp_path / "m.json", lambda d: d["interfaces"][0].__setitem__(key, value)))  # noqa: B023
+
+
+def test_keys_of_another_form_of_file_are_refused(tmp_path):
+    formats.write_json(tmp_path / "m.json", make_assembly())
+    for key, value, message in (
+        ("thickness", 0.5, "thickness: goes with 'outlines'"), ("names", ["a"], "names: goes with 'outlines'"),
+        ("density", [1.0], "density: 1 densities"),
+    ):
+        def change(document, key=key, value=value):
+            document[key] = value
+            if key == "density":
+                for block in document["blocks"]:
+                    block.pop("density")
+        formats.write_json(tmp_path / "m.json", make_assembly())
+        with pytest.raises(ValueError, match=message):
+            formats.read_json(_changed(tmp_path / "m.json", change))

@@ -210,3 +210,21 @@ def test_what_the_style_sheet_hides_is_no_block(tmp_path, sheet, hidden):
 def test_what_would_be_drawn_in_another_size_is_refused(tmp_path, shape, message):
     with pytest.raises(InputError, match=message):
         read(tmp_path, shape)
+
+
+@pytest.mark.parametrize("options, message", [
+    ({"gap": -1.0}, "gap must not be negative, got -1.0"), ({"gap": "1mm"}, "gap must be a finite number, got '1mm'"),
+    ({"flatness": float("nan")}, "flatness must be a finite number"), ({"flatness": -1.0}, "flatness must not be neg"),
+])
+def test_lengths_of_a_reader_are_numbers(tmp_path, options, message):
+    (tmp_path / "a.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><circle cx="5" cy="5" r="3"/></svg>')
+    with pytest.raises(ValueError, match=message):
+        read_svg(tmp_path / "a.svg", scale=1.0, **options)
+
+
+def test_mortar_of_nothing_is_refused_by_its_name(tmp_path):
+    (tmp_path / "a.svg").write_text('<svg xmlns="http://www.w3.org/2000/svg"><circle cx="5" cy="5" r="3"/></svg>')
+    with pytest.raises(ValueError, match=r"mortar must be positive \[m\], got 0"):
+        lm.formats.read_drawing(tmp_path / "a.svg", scale=1.0, mortar=0)
+    with pytest.raises(ValueError, match=r"fixed must be a list of block names or numbers: for none"):
+        lm.formats.model_of_drawing(tmp_path / "a.svg", scale=1.0, thickness=1.0, joint=lm.Joint(30.0), fixed=None)

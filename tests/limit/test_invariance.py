@@ -179,3 +179,26 @@ def test_mirror_image_of_a_plane_wall_gives_the_same_arrays_in_the_mirrored_orde
     assert np.array_equal(one.matrix.toarray(), other.matrix.toarray())
     assert np.array_equal(one.dead, other.dead)
     assert np.array_equal(one.live, other.live)
+
+
+def test_what_supports_hold_turns_with_the_assembly():
+    wall = running_bond(2, 2)
+    name = wall.blocks[-1].name
+    held = wall.with_supports([lm.Support(name, dofs=("x", "ry"))])
+    quarter = held.transformed([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    assert quarter.held[-1].tolist() == [False, True, False, True, False, False]
+    oblique = Rotation.from_euler("z", 0.3).as_matrix()
+    both = held.with_supports([lm.Support(name, dofs=("x", "y"))])
+    assert both.transformed(oblique).held[-1].tolist() == both.held[-1].tolist()
+    with pytest.raises(lm.errors.InputError, match="holds single directions"):
+        held.transformed(oblique)
+
+
+def test_the_axis_of_a_block_is_a_unit_vector_that_is_stretched_with_it():
+    laid = running_bond(2, 2)
+    solids = [b.parts for b in laid.blocks]
+    axes = [(0, 3, 4)] * len(solids)
+    wall = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(30.0), axes=axes)
+    assert wall.blocks[1].axis == pytest.approx((0, 0.6, 0.8))
+    stretched = lm.build.variants.resized(wall, (1, 4, 1))
+    assert stretched.blocks[1].axis == pytest.approx(np.array((0, 12, 4)) / np.hypot(12, 4))

@@ -364,3 +364,35 @@ def test_a_ground_motion_is_read_in_its_units(tmp_path):
             lm.dem.BaseMotion.from_csv(path)
     with pytest.raises(InputError, match="units must be one of m/s2"):
         lm.dem.BaseMotion.from_csv(path, units="ft/s2")
+
+
+ONE = assemble([GROUND, CUBE])
+BAD = {
+    "axes": (lambda: assemble([GROUND, CUBE], axes=[None]), "1 axes are given for 2 blocks"),
+    "axis in words": (lambda: assemble([GROUND, CUBE], axes=[None, "x"]), "axis of block 'block-1' must be three"),
+    "solids": (lambda: assemble(None), "solids must be a list, got None"),
+    "names": (lambda: assemble([GROUND, CUBE], names="ab"), "names must be a list"),
+    "recipe": (lambda: assemble([GROUND, CUBE], recipe="wall"), "recipe must be a mapping"),
+    "joints": (lambda: assemble([GROUND, CUBE], joints=[JOINT]), "joints must be a table"),
+    "matrix": (lambda: ONE.transformed(np.ones((2, 3))), "matrix must be a multiple of an orthogonal"),
+    "move": (lambda: ONE.transformed(np.eye(3), 1.0), "translation must be three finite numbers, got 1.0"),
+    "NaN move": (lambda: ONE.transformed(np.eye(3), (np.nan, 0, 0)), "translation must be three finite numbers"),
+    "order": (lambda: ONE.renumbered([0.4, 1.4]), "order must be a whole number"),
+    "inset": (lambda: ONE.with_contact_ends_pulled_in("1mm"), r"inset \[m\] must be a finite number"),
+    "no way": (lambda: ONE.with_contact_ends_pulled_in(0.01, direction=(0, 0, 0)), "direction must be a direction"),
+    "interfaces": (lambda: ONE.with_interfaces([1]), r"interfaces\[0\] must be an Interface"),
+    "material of one": (
+        lambda: ONE.with_material(lm.Material(1e9, 0.2), blocks="block-1"), r"write blocks=\['block-1'\]"),
+    "no block": (lambda: ONE.block_index(True), "one block is needed, by its name or number; got True"),
+    "coefficient": (lambda: lm.Joint.from_friction_coefficient("0.6"), "friction coefficient must be a number"),
+    "both": (lambda: lm.Joint.from_friction_coefficient(0.6, friction_angle_deg=30.0), "not both"),
+    "alpha": (lambda: lm.Material.from_modulus(1e9, modulus_over_strength=0.0), "modulus_over_strength must be"),
+    "beam line": (lambda: lm.ring_beam(ONE, [(0, 0, 0), (1, 2)], yield_force=1.0), "point of a ring beam must be"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_what_is_no_argument_is_refused_by_name(case):
+    call, message = BAD[case]
+    with pytest.raises(InputError, match=message):
+        call()

@@ -176,3 +176,37 @@ def test_loads_without_their_live_part_do_not_keep_its_name():
     assert pushed.scaled(live=0.0).name == "dead loads"
     assert pushed.scaled(live=0.5).name == pushed.name
     assert lm.Loads.weight(wall).scaled(live=0.0).name == "self weight"
+
+
+def test_a_block_that_is_named_twice_carries_its_fill_once():
+    arch = lm.build.arch(thickness=0.2, width=1.0, voussoirs=7, radius=2.0, joint=lm.Joint(35.0))
+    loads = lm.Loads.weight(arch)
+    once = loads.with_backfill(arch, 2.5, 1800.0, blocks=["voussoir-2"])
+    twice = loads.with_backfill(arch, 2.5, 1800.0, blocks=["voussoir-2", arch.block_index("voussoir-2")])
+    assert np.array_equal(once.dead, twice.dead)
+    for give in (loads.with_backfill, loads.with_body_force):
+        place = (2.5, 1800.0) if give == loads.with_backfill else ((1.0, 0.0, 0.0),)
+        with pytest.raises(lm.errors.InputError, match=r"write blocks=\['voussoir-2'\]"):
+            give(arch, *place, blocks="voussoir-2")
+
+
+def test_only_the_direction_of_a_direction_counts_however_long_it_is():
+    wall = retaining_wall(60.0)
+    plain = lm.Loads.horizontal(wall, (1.0, 0.0, 0.0))
+    for size in (1e200, 1e-200):
+        assert np.array_equal(lm.Loads.horizontal(wall, (size, 0.0, 0.0)).live, plain.live)
+        with pytest.raises(lm.errors.InputError, match="not horizontal"):
+            lm.Loads.horizontal(wall, (size, 0.0, size))
+
+
+def test_corners_of_a_patch_may_repeat_and_a_star_is_no_patch():
+    wall = retaining_wall(60.0)
+    corners = [(0, LENGTH, 0), (0, 0, 0), (0, 0, HEIGHT), (0, LENGTH, HEIGHT)]
+    plain = lm.Loads.weight(wall).with_patch_pressure(wall, corners, pressure=1e3)
+    for given in ([corners[0], *corners], [*corners, corners[0]]):
+        again = lm.Loads.weight(wall).with_patch_pressure(wall, given, pressure=1e3)
+        assert again.live == pytest.approx(plain.live)
+    turn = 2.0 * np.deg2rad(72.0) * np.arange(5)
+    star = np.column_stack([np.zeros(5), LENGTH / 2 - 0.1 * np.cos(turn), HEIGHT / 2 + 0.1 * np.sin(turn)])
+    with pytest.raises(lm.errors.InputError, match="flat convex polygon"):
+        lm.Loads.weight(wall).with_patch_pressure(wall, star, pressure=1e3)
