@@ -68,8 +68,7 @@ def head_joint_friction(factor: float, assembly: Assembly, loads: Loads) -> Mode
 def _check_stresses(*, reference_stress: float, least_stress: float) -> Mapping[str, str]:
     """Refuse stresses that are not positive: a power of their ratio is taken.
 
-    It is the ``variant`` of the cause: a mapping of what its fields become by these options, here nothing. Both are as
-    for the cause, in [Pa] and over the reference [-].
+    The ``variant`` of the cause: what its fields become by these options, here nothing. Units are the cause's.
     """
     if not (reference_stress > 0 and least_stress > 0):
         raise InputError("reference_stress [Pa] and least_stress [-] must be positive")
