@@ -64,7 +64,7 @@ def follow_edges(assembly: Assembly, state: State) -> None:
     stay until the joint is cut anew.
     """
     joints, points, now = state.joints, state.points, state.measured(assembly)
-    slid = find_ends(assembly, state, now)
+    slid = note_ends(assembly, state, now)
     if not slid.any():
         return
     mine = np.repeat(slid, np.diff(joints.start))  # points of these joints
@@ -80,14 +80,17 @@ def follow_edges(assembly: Assembly, state: State) -> None:
     points.s[mine], points.t[mine] = s, t
 
 
-def find_ends(assembly: Assembly, state: State, now: PointForces) -> NDArray[np.bool_]:
-    """Joints between faces that have slid, shape (k,).
-
-    Whose edges end them is written to ``state.ends``.
+def note_ends(assembly: Assembly, state: State, now: PointForces) -> NDArray[np.bool_]:
+    """Write to ``state.ends`` whose edges end the joints that have slid.
 
     ``now`` is what the points of the state measure.
+
+    Returns
+    -------
+    Which of the k joints have slid, shape (k,).
     """
     slid, first = joints_that_slid(state, now), state.joints.start[:-1]
+    # NaN in the row of its first point: the ends of a joint have not been looked for
     _look_for_ends(assembly, state, np.flatnonzero(slid & np.isnan(state.ends[first, 0])))
     return slid
 

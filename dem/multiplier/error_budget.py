@@ -136,9 +136,14 @@ def interval_of(
 ) -> tuple[float, float] | None:
     """Bracket widened on each side by the error budget [-], None without a bracket.
 
-    A repeat knows its own multiplier only to its own bracket, twice as wide as the search's: what it may lie below or
-    above the bracket found counts, and not the distance of the two largest loads that stood. ``unbalanced`` is what
-    forces that are still unbalanced may carry, as a multiplier [-].
+    A repeat lowers the lower end by what its own largest stable load lies below the search's. It lifts the upper end by
+    what its smallest moving load lies above the search's.
+
+    Parameters
+    ----------
+    found : the search, whose bracket is ``stable`` to ``moving`` [-]
+    budget : rows of :func:`error_budget`; ``change`` is NaN where a repeat was undecided, and counts as small
+    unbalanced : what forces that are still unbalanced may carry, as a multiplier [-]
     """
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED, Status.NOT_CONVERGED) or not np.isfinite(found.stable):
         return None

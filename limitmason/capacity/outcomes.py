@@ -45,7 +45,7 @@ class Try:
     ----------
     system : equations with the contacts of the step
     last : state that it begins from
-    move : control displacement that was tried, signed [m]
+    move : length of the step that was tried, by its control displacement, above zero [m]
     guess : pose and multiplier that were extrapolated to its end; None without a history to extrapolate
     new : state that was found
     due : numbers of the points that break at once from there; None for none

@@ -327,6 +327,8 @@ class _Path(JudgedPath):
     def _pace(self, tried: Try, new: Node) -> None:
         """How long the next step is, by what this one took and by how well it was extrapolated.
 
+        It writes ``advance``, and with it ``bound``, ``short``, ``steady``, ``passed`` and ``ahead``.
+
         Parameters
         ----------
         tried : try of the step that was accepted
@@ -343,7 +345,7 @@ class _Path(JudgedPath):
         else:
             off = None if tried.guess is None else abs(new.multiplier - tried.guess[1]) / max(largest, 1e-300)
             factor = growth(new, off, self.steps.smooth, second=len(self.nodes) - self.begin <= 2)
-        # what is beyond a limit point is not foretold by the way to it
+        # the step just past a limit point is no longer than the one before
         self.advance = (min(factor, 1.0) if self.passed or self.steady else factor) * tried.move
         self.steady = max(self.steady - 1, 0)
         self.passed = False

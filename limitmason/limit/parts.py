@@ -62,7 +62,9 @@ def governed(
 
     Returns
     -------
-    Prediction: ``details["parts"]`` says of every part its blocks, its multiplier [-] and its status.
+    Prediction: ``details["parts"]`` says of every part its blocks, its multiplier [-] and its status. A part that
+    cannot stand or has no answer is returned for the whole; so is the least so far, with its status, where one was
+    interrupted or out of time.
     """
     held, live = [], []
     for part in parts:

@@ -239,14 +239,14 @@ class ConfidenceSet:
         observed = self._statistics(null, list(singles.values()), np.ones(1), shape)
         thresholds = {"gain": rule.gain, "shape": rule.shape, "scatter": rule.scatter, "guard": rule.guard}
         tally = Tally({k: float(v[0]) for k, v in observed.items()}, thresholds)
-        gains: list[np.ndarray] = []
-        trend = self._trend_drawn((), null)
+        gains: list[np.ndarray] = []  # of log-likelihood, of the draws so far: ``draw`` adds them
+        trend_drawn = self._trend_drawn((), null)
 
         def draw(rows: slice) -> dict[str, np.ndarray]:
             """The statistics of some of the draws."""
             y, z, replicate = self.drawn((), null, rows)
             base, *again = self.design.fits([(), *singles], y, z, replicate)
-            drawn = self._statistics(base, again, replicate, trend(rows, base))
+            drawn = self._statistics(base, again, replicate, trend_drawn(rows, base))
             gains.append(drawn["gain"])
             return drawn
 
@@ -261,8 +261,8 @@ class ConfidenceSet:
             if not loud or "scatter" not in gate:
                 return quiet or loud
             scatter_out = t.settled("scatter") and not t.rejected("scatter")
-            trend = t.settled("shape") and t.rejected("shape")
-            return scatter_out or trend or (t.settled("guard") and t.draws >= rule.draws // 2)
+            trended = t.settled("shape") and t.rejected("shape")
+            return scatter_out or trended or (t.settled("guard") and t.draws >= rule.draws // 2)
 
         add_draws(tally, draw, enough, self.count, min(GATE_DRAWS, self.count))
         return tally, float(np.quantile(np.concatenate(gains), 1.0 - rule.gain))
