@@ -1,4 +1,7 @@
-"""Softening by plastic slip of a law whose shear springs are elastic, and points that slid back."""
+"""Softening by plastic slip of a law whose shear springs are elastic, and points that slid back.
+
+The rate only: damage and strengths at it are in ``point_law``.
+"""
 
 import numpy as np
 

@@ -1,4 +1,7 @@
-"""Contacts between polyhedra: plane patches where two faces of different blocks meet, and blocks that overlap."""
+"""Contacts between polyhedra: plane patches where two faces of different blocks meet, and blocks that overlap.
+
+The common area of two faces is found in ``facing``.
+"""
 
 from __future__ import annotations
 

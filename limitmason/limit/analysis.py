@@ -14,6 +14,7 @@ from limitmason.limit.associative import analyse
 from limitmason.limit.papers import papers_behind
 from limitmason.limit.parts import governed, independent_parts
 from limitmason.limit.program.static_theorem import Problem, make_problem
+from limitmason.limit.solvers import TOLERANCE
 from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.law_table import refuse
 from limitmason.mechanics.model_notes import adds_model_notes
@@ -38,7 +39,7 @@ def limit_analysis(
     torsion_limit: bool | float = False,
     in_plane: bool | None = None,
     solver: str = "auto",
-    tolerance: float = 1e-10,
+    tolerance: float = TOLERANCE,
     check_dead_load: bool = True,
     verbose: bool = False,
     **options: Any,

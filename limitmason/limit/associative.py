@@ -20,7 +20,7 @@ from limitmason.limit.program.cones import Cones, make_cones
 from limitmason.limit.program.face_cells import Cells, refined
 from limitmason.limit.program.scaling import balanced, spread
 from limitmason.limit.program.static_theorem import Problem, make_problem
-from limitmason.limit.solvers import choose_solver, solve_program
+from limitmason.limit.solvers import TOLERANCE, choose_solver, solve_program
 from limitmason.limit.torsion import with_torsion_limit
 
 WIDE_LOADS = 1e5
@@ -61,7 +61,7 @@ def analyse(
     *,
     torsion_limit: bool | float = False,
     solver: str = "auto",
-    tolerance: float = 1e-10,
+    tolerance: float = TOLERANCE,
     check_dead_load: bool = True,
     verbose: bool = False,
 ) -> tuple[Prediction, Problem]:

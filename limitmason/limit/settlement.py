@@ -14,6 +14,7 @@ from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.limit.associative import analyse
 from limitmason.limit.papers import papers_behind
 from limitmason.limit.program.static_theorem import make_problem
+from limitmason.limit.solvers import TOLERANCE
 from limitmason.mechanics.contact_points import Grid, chosen_grid
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.law_table import refuse
@@ -255,7 +256,7 @@ def largest_multiplier(
     grid: Grid | Mapping[str, Grid] | None = None,
     in_plane: bool | None = None,
     solver: str = "auto",
-    tolerance: float = 1e-10,
+    tolerance: float = TOLERANCE,
 ) -> Prediction:
     r"""Largest multiplier of the live load beside loads of any multiplier.
 

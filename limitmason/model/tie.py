@@ -1,4 +1,7 @@
-"""A tie: a straight element between two points that pulls and never pushes, up to its strength."""
+"""A tie: a straight element between two points that pulls and never pushes, up to its strength.
+
+In limit analysis a tie is a row of ``model.arrays.with_ties``.
+"""
 
 from __future__ import annotations
 
