@@ -166,7 +166,6 @@ def wall(
     placed = place_openings(
         openings, length=total, thickness=laid.thickness, levels=levels, unit=size, occupied=occupied
     )
-
     by_run, overlap = _laid(runs, laid, levels, ragged, start == "half", header_every)
     if placed:
         by_run[0] = cut_openings(by_run[0], placed, thickness=laid.thickness, min_piece=laid.min_piece)

@@ -95,7 +95,7 @@ def _figure(options: argparse.Namespace) -> int:
     output = options.output or Path(f"{options.kind}.png")
     if options.kind == "assembly":
         console.refuse(options, ("method", *console.ANALYSIS), "by `figure assembly`, which analyses nothing")
-        draw(output, "assembly", assembly, prediction=None, title=title, view=options.view, dpi=options.dpi)
+        draw(output, "assembly", assembly, None, title, view=options.view, dpi=options.dpi)
         return 0
     prediction, status = _predicted(options, assembly, loads)
     # a structure that cannot stand has no collapse load, but a mechanism by which it falls
