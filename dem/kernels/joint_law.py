@@ -298,8 +298,7 @@ def return_map(
     spring and dashpot that is left. By g, which points along q, the plastic slip falls in the step.
     """
     kn, ks, fc = peak.kn, peak.ks, peak.crushing
-    # elastic predictor: the springs take all of the step
-    a1, a2 = slip_1 - e1, slip_2 - e2
+    a1, a2 = slip_1 - e1, slip_2 - e2  # elastic predictor: the springs take all of the step
     n0 = kn * (lift - w)
     mu, dil, c, ft = strength_of(peak, softening, damage, slip_1, slip_2)
     held = reach = ft
@@ -316,8 +315,7 @@ def return_map(
         b1, b2, total, pressed, stiffer = ks * a1, ks * a2, trial, n0, 1.0
     else:
         dash, r1, r2, r3, per_dt = dashpot
-        # dashpots: none in an open joint
-        z = dash if n0 > -held else 0.0
+        z = dash if n0 > -held else 0.0  # no dashpot in an open joint
         b1, b2 = ks * (a1 - z * r1), ks * (a2 - z * r2)
         stiffer = 1.0 + z * per_dt
         total = np.sqrt(b1 * b1 + b2 * b2)
@@ -328,8 +326,7 @@ def return_map(
         h, mu, dil, c, ft, reach = _weakened(
             peak, softening, slip_1, slip_2, damage, max(-n0 - held, 0.0), pressed, total, stiffer
         )
-    # plastic opening, and normal stress of the spring
-    new = lift
+    new = lift  # plastic opening; then the normal stress of the spring
     if dilates:
         new, short, most, before, farthest = _opened(
             peak, inv_ks, w, n0, slip_1, slip_2, lift, (mu, dil, c, ft, reach),
@@ -345,8 +342,7 @@ def return_map(
     k_old = ks if before_c + before_mu * bore > 0.0 else 0.0
     t1_old, t2_old = k_old * (a1 + moved[0]), k_old * (a2 + moved[1])
     if dashpot is not None:
-        # no pull beyond the strength
-        z3 = max(z * kn * ((new - lift) * per_dt - r3), -ft - spring)
+        z3 = max(z * kn * ((new - lift) * per_dt - r3), -ft - spring)  # no pull beyond the strength
         n = spring + z3
     # return to the cone: shear beyond it slips, and ``ratio`` is the part of the trial shear that is left
     cap = max(c + mu * n, 0.0)
@@ -366,8 +362,7 @@ def return_map(
         # dilation ends with the slip, where that turns, passes its start or the farthest too
         after = np.sqrt(new_1 * new_1 + new_2 * new_2)
         new = min(lift + short + dil * (min(after, farthest) - min(before, farthest)), most)
-    # shear of the springs as it is now
-    t1, t2 = (q1, q2) if dashpot is None else (ks * (a1 - g1), ks * (a2 - g2))
+    t1, t2 = (q1, q2) if dashpot is None else (ks * (a1 - g1), ks * (a2 - g2))  # shear of the springs now
     rubbed, raised, broken = _lost(
         peak, (n_old, bore, t1_old, t2_old, held, reached), (kn * (new - w), spring, t1, t2, ft, reach),
         (g1, g2, new - lift), moved, h > damage,

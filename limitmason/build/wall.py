@@ -172,8 +172,6 @@ def wall(
     site = Site(density)
     add_ground(site, _bounds(runs), size, base, base_margin)
     add_units(site, [[u for units in by_run for u in units[k]] for k in range(number)], fix_bottom=base == "course")
-    if beam_density is not None and top_beam is None and spreader is None:
-        raise InputError("beam_density is given but neither top_beam nor spreader is")
     _add_lintels(site, placed, lintel_density)
     _add_beams(site, runs, levels[-1], top_beam, beam_over, beam_density)
     _add_spreader(site, runs, levels[-1], spreader, top_beam, beam_density)
@@ -358,6 +356,8 @@ def _add_spreader(
     top_beam : height of a beam on the same place, which must be None
     density : of the block [kg/m3], the site's own where None
     """
+    if density is not None and top_beam is None and given is None:
+        raise InputError("beam_density is given but neither top_beam nor spreader is")
     if given is None:
         return
     if len(runs) > 1 or top_beam is not None:

@@ -40,7 +40,8 @@ def with_joint_laws(
     kinds : of the joints that one law or a function is for; None is all
     """
     if isinstance(kinds, str) or not isinstance(kinds, Iterable | None):
-        raise InputError(f"kinds must be several names such as ('bed', 'base'), got {kinds!r}")
+        single = "the single word " if isinstance(kinds, str) else ""
+        raise InputError(f"kinds must be several names such as ('bed', 'base'), got {single}{kinds!r}")
     chosen = None if kinds is None else set(kinds)
     for kind in chosen or ():
         choice("kinds", kind, _known(assembly.interfaces))

@@ -8,7 +8,7 @@ import pytest
 from thrust_lines import thinnest
 
 import mechanisms as me
-from limitmason.errors import InputError, NotApplicable
+from limitmason.errors import NotApplicable
 from mechanisms.facade_rocking import rocking_terms
 from mechanisms.friction import edge_radii
 from mechanisms.optimum import ratio, smallest_ratio
@@ -429,30 +429,3 @@ def test_a_pole_at_a_quadrature_point_is_pure_torsion(points):
     shear, torque = me.torsion_shear_curve(1.0, 1.0, [0.0, 1.0], points=points)
     assert np.isfinite([shear, torque]).all()
     assert (shear[0], torque[0]) == (pytest.approx(0.0, abs=1e-12), pytest.approx(1.0, abs=0.02))
-
-
-@pytest.mark.parametrize("crack", [me.stepped_crack, me.sloping_crack])
-def test_cracks_in_plane_refuse_an_overload(crack):
-    with pytest.raises(NotApplicable, match="overload must be 0"):
-        crack(ROUND.changed(side_walls=0, overload=5.0))
-
-
-@pytest.mark.parametrize(("mechanism", "given"), [
-    (me.simple_rocking, {"hinge_courses": "x"}), (me.simple_rocking, {"hinge_courses": math.nan}),
-    (me.simple_rocking, {"reduction": "x"}), (me.compound_rocking, {"crossed_courses": math.nan}),
-    (me.compound_rocking, {"crack_tangent": "x"}), (me.horizontal_flexure, {"contact_factor": None}),
-    (me.horizontal_flexure, {"torsion_arm": "x"}), (me.inclined_hinge, {"crack_tangent": [1]}),
-])
-def test_what_is_no_number_is_refused_by_name(mechanism, given):
-    with pytest.raises(InputError, match=next(iter(given))):
-        mechanism(ROUND, **given)
-
-
-def test_nan_is_refused_by_friction_and_curves():
-    with pytest.raises(InputError, match="crack tangent"):
-        me.crack_angle_reduction(math.nan, 0.5)
-    with pytest.raises(InputError, match="friction"):
-        me.bed_joint_friction(friction=math.nan, unit_weight=1.0, thickness=1.0, staggering=1.0, course_height=1.0,
-                              crossed=2)
-    with pytest.raises(InputError, match="load is not finite at sample 2"):
-        me.light_damage([0.0, 1.0, 2.0, 3.0], [0.0, 1.0, math.nan, 1.0])

@@ -1,0 +1,34 @@
+"""Statements of a study that are no numbers, or too many, are refused by name."""
+
+import pytest
+from diagnosis_models import CAUSES, GAIN, data, specimens, study
+
+from limitmason.answers import Curve
+from limitmason.diagnosis import Measured, Noise, Observation
+from limitmason.diagnosis.curves import features, points
+from limitmason.errors import InputError
+
+LINE = {"a": Curve([0.0, 1.0, 2.0, 3.0], [0.0, 5.0, 6.0, 4.0])}
+
+
+@pytest.mark.parametrize(("call", "message"), [
+    (lambda: study(data()).log_likelihood({GAIN: 1.1}, [0.0, 0.0]), "z has 2 numbers.*friction_coefficient"),
+    (lambda: study().predicted([GAIN], [1.1, 1.2]), "1 causes have 2 sizes"),
+    (lambda: study().predicted([GAIN], [1.1], [0.0, 0.0]), "an error 2 values"),
+    (lambda: study(levels=2.5), "levels must be a whole number"),
+    (lambda: study(nuisance_levels=1), "nuisance_levels must be a whole number of at least 3"),
+    (lambda: study().plan(CAUSES, specimens(), k=2.5), "k must be a whole number"),
+    (lambda: study().rehearse(CAUSES, n="many"), "n must be"),
+    (lambda: Noise(0.04, "many"), "degrees of freedom of the noise must be a number"),
+    (lambda: Noise.from_replicates([-1.0, 2.0], "aa"), "values must be positive"),
+    (lambda: Measured("a", 0.1), "measured input must be numbers"),
+    (lambda: Measured(1.0, 0.1, (0.0,)), "a lowest and a highest value"),
+    (lambda: Observation(0, "peak", 1.0, "5 %"), "scatter must be"),
+    (lambda: Observation(0, 3, 1.0), "quantity of specimen 0"),
+    (lambda: features("a", LINE["a"], load_error="x", displacement_error=0.1), "error of load"),
+    (lambda: points(LINE, load_error=-0.02, displacement_error=0.1), "must be positive, got load_error=-0.02"),
+    (lambda: points(LINE, LINE, load_error=0.02, displacement_error=0.1, count=0), "count must be"),
+])
+def test_wrong_statements_of_a_study_are_named(call, message):
+    with pytest.raises(InputError, match=message):
+        call()

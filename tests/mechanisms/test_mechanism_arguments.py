@@ -1,0 +1,46 @@
+"""Arguments of the mechanisms that are no numbers, or that a mechanism does not take, are refused by name."""
+
+import math
+
+import pytest
+
+import mechanisms as me
+from limitmason.errors import InputError, NotApplicable
+
+ROUND = me.Facade(
+    length=3.0,
+    thickness=0.3,
+    courses=10,
+    course_height=0.2,
+    staggering=0.15,
+    unit_weight=20.0,
+    friction=0.6,
+    side_walls=2,
+)
+
+
+@pytest.mark.parametrize("crack", [me.stepped_crack, me.sloping_crack])
+def test_cracks_in_plane_refuse_an_overload(crack):
+    with pytest.raises(NotApplicable, match="overload must be 0"):
+        crack(ROUND.changed(side_walls=0, overload=5.0))
+
+
+@pytest.mark.parametrize(("mechanism", "given"), [
+    (me.simple_rocking, {"hinge_courses": "x"}), (me.simple_rocking, {"hinge_courses": math.nan}),
+    (me.simple_rocking, {"reduction": "x"}), (me.compound_rocking, {"crossed_courses": math.nan}),
+    (me.compound_rocking, {"crack_tangent": "x"}), (me.horizontal_flexure, {"contact_factor": None}),
+    (me.horizontal_flexure, {"torsion_arm": "x"}), (me.inclined_hinge, {"crack_tangent": [1]}),
+])
+def test_what_is_no_number_is_refused_by_name(mechanism, given):
+    with pytest.raises(InputError, match=next(iter(given))):
+        mechanism(ROUND, **given)
+
+
+def test_nan_is_refused_by_friction_and_curves():
+    with pytest.raises(InputError, match="crack tangent"):
+        me.crack_angle_reduction(math.nan, 0.5)
+    with pytest.raises(InputError, match="friction"):
+        me.bed_joint_friction(friction=math.nan, unit_weight=1.0, thickness=1.0, staggering=1.0, course_height=1.0,
+                              crossed=2)
+    with pytest.raises(InputError, match="load is not finite at sample 2"):
+        me.light_damage([0.0, 1.0, 2.0, 3.0], [0.0, 1.0, math.nan, 1.0])
