@@ -3,20 +3,10 @@
 import math
 
 import pytest
+from facades import ROUND
 
 import mechanisms as me
 from limitmason.errors import InputError, NotApplicable
-
-ROUND = me.Facade(
-    length=3.0,
-    thickness=0.3,
-    courses=10,
-    course_height=0.2,
-    staggering=0.15,
-    unit_weight=20.0,
-    friction=0.6,
-    side_walls=2,
-)
 
 
 @pytest.mark.parametrize("crack", [me.stepped_crack, me.sloping_crack])

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from facades import ROUND
 from thrust_lines import thinnest
 
 import mechanisms as me
@@ -13,16 +14,6 @@ from mechanisms.facade_rocking import rocking_terms
 from mechanisms.friction import edge_radii
 from mechanisms.optimum import ratio, smallest_ratio
 
-ROUND = me.Facade(
-    length=3.0,
-    thickness=0.3,
-    courses=10,
-    course_height=0.2,
-    staggering=0.15,
-    unit_weight=20.0,
-    friction=0.6,
-    side_walls=2,
-)
 WHOLE = {"hinge_courses": 10, "crossed_courses": "hinge"}
 
 
