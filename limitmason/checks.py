@@ -90,7 +90,11 @@ def count(name: str, value: object, least: int = 1) -> int:
 
 def choice(name: str, value: T, allowed: Collection[object]) -> T:
     """Return `value` if it is one of `allowed`, or list what is allowed."""
-    if value not in allowed:
+    try:
+        known = value in allowed
+    except (TypeError, ValueError):  # a list or an array is none of them, and cannot be looked up
+        known = False
+    if not known:
         # names as plain texts, whatever class they have; an empty one is a default that nobody writes
         told = (repr(str(a) if isinstance(a, str) else a) for a in allowed if a != "")
         raise InputError(f"{name} must be one of {', '.join(told)}, got {value!r}")

@@ -222,6 +222,8 @@ def _kind(name: str, annotation: str) -> str:
         return "lines"
     if plain == "bool":
         return "tick"
+    if plain.endswith("Sequence[str]|str"):  # a word alone may mean something else than a list of it
+        return "words"
     if "Sequence[str]" in plain or "Iterable[int|str]" in plain:
         return "list"
     if "tuple[str" in plain:

@@ -20,7 +20,7 @@ from limitmason.errors import InputError
 from limitmason.experiments import registry
 
 _LONGEST = 118  # characters of a line of the script
-_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+_NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)  # as Python writes numbers
 _ONE_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 _DIGITS = 40  # characters that no number needs: longer ones stay texts, which the call refuses
 _NONE = "none"  # typed where a word may stand: None

@@ -120,8 +120,8 @@ def model_of_drawing(
     path, joint, density, scale, tolerance, gap, mortar, layers : as for :func:`read_drawing`
     thickness : of the prisms over outlines [m]; has to be given for them
     tilt : "x", "-x", "y" or "-y": direction of the live load
-    fixed : names of the held blocks; "lowest" holds those of the layers :data:`SUPPORTS`, and where there are none the
-        stones that reach down to the lowest level
+    fixed : names of blocks that are held beside those of the layers :data:`SUPPORTS`; "lowest" holds these alone, and
+        where there are none the stones that reach down to the lowest level
 
     Raises
     ------

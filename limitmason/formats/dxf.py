@@ -8,6 +8,7 @@ from __future__ import annotations
 import warnings
 from collections import Counter
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -49,6 +50,9 @@ _LEAST_FLATNESS = 1e-12
 _IN_PLANE = 1e-6
 """Height of a line over its size up to which it lies in the plane of the drawing; chosen, above rounding."""
 
+_MOST_CHORDS = 10_000
+"""Of a curve between two knots, chosen: no drawing of stones needs more."""
+
 _LEAST_TURN = 1e-6
 """Least turn of an arc over one chord [rad], chosen: with a tiny flatness the turn is zero by rounding."""
 
@@ -70,7 +74,7 @@ def read_dxf(
     0 takes the layer of the insert. Arcs become chords.
     Lines of a layer form a loop where their ends meet within ``gap``; what encloses nothing is counted in a warning.
     A hatch is a block where nothing else is drawn; mostly it repeats the lines around it, and is left out. So are texts
-    and dimensions.
+    and dimensions, and what the drawing marks as invisible.
 
     Parameters
     ----------
@@ -92,13 +96,14 @@ def read_dxf(
         When ezdxf is not installed; the message says how to install it.
     InputError
         Naming the file, and the layer and handle of the entity: an open polyline that encloses nothing with its
-        neighbours, a drawing without units, an unknown layer, nothing to read.
+        neighbours, a drawing without units, an unknown layer, an insert of a block that is missing, nothing to read.
 
     Warns
     -----
     PlausibilityWarning
         With the number of single lines, arcs and splines of each layer that enclose nothing, of hatches that are taken
-        as blocks or have islands, of regions, solids and images, which cannot be read, and of lines on hidden layers.
+        as blocks or have islands, of regions, solids, images and other drawings referred to, which cannot be read, and
+        of lines on hidden layers.
     """
     not_negative("flatness", flatness)
     ezdxf, ezpath = (needed(name, "DXF drawings", "dxf") for name in ("ezdxf", "ezdxf.path"))
@@ -119,13 +124,19 @@ def read_dxf(
     there = [layer.dxf.name for layer in drawing.layers]
     # of layers asked for by name all is read, frozen or not
     frozen = frozenset(layer.dxf.name.casefold() for layer in drawing.layers if layer.is_frozen() and wanted is None)
-    entities = list(_entities(drawing.modelspace(), frozen))
+    try:
+        entities = list(_entities(drawing.modelspace(), frozen))
+    except (ezdxf.DXFError, RecursionError) as error:
+        raise InputError(f"{path}: an inserted block cannot be taken apart: {error}; purge or explode it") from None
     check_layers(wanted, [*there, *(layer for _, layer in entities)], path)
+    # names of layers differ by more than upper and lower case: an entity may spell that of its layer in its own way
+    spelt = {name.casefold(): name for name in reversed([*there, *(layer for _, layer in entities)])}
     hidden = {layer.dxf.name.casefold() for layer in drawing.layers if layer.is_off() or layer.is_frozen()}
     drawn = DrawnOutlines()
     unread: Counter[tuple[str, str]] = Counter()
     unseen: Counter[str] = Counter()
-    for entity, layer in entities:
+    for entity, spelling in entities:
+        layer = spelt[spelling.casefold()]
         if wanted is not None and layer.casefold() not in wanted:
             continue
         if wanted is None and layer.casefold() in hidden:
@@ -135,6 +146,8 @@ def read_dxf(
         kind = entity.dxftype()
         if kind in _UNREAD:
             unread[kind, layer] += 1
+        elif kind == "INSERT":
+            unread["external reference", layer] += 1
         elif kind in _FILLS:
             rings = [_flat(p, metres, flatness, where) for p in ezpath.from_hatch(entity)]
             drawn.fill(layer, [r for r in rings if len(r) > 2])
@@ -171,6 +184,8 @@ def _line(entity: Any, ezpath: Any, metres: float, flatness: float, where: str) 
     """
     if entity.dxftype() in _POLYLINES:
         return _polyline(entity, ezpath, metres, flatness, where)
+    if entity.dxftype() == "SPLINE" and not entity.construction_tool().is_clamped:
+        return _in_plane(_periodic(entity.construction_tool(), flatness / metres), where) * metres, False
     # circles and the like come as closed because they end where they began
     return _flat(ezpath.make_path(entity), metres, flatness, where), False
 
@@ -182,6 +197,30 @@ def _flat(path: Any, metres: float, flatness: float, where: str) -> Array:
     """
     points = np.array([tuple(p) for p in path.flattening(max(flatness / metres, _LEAST_FLATNESS))])
     return _in_plane(points, where) * metres
+
+
+def _periodic(spline: Any, flatness: float) -> Array:
+    """Points x, y, z of a spline whose knots do not end in its ends, as a closed one has them, shape (n, 3).
+
+    Such a curve is drawn over its inner knots alone; ezdxf goes on to the outermost.
+
+    Parameters
+    ----------
+    spline : of ezdxf
+    flatness : largest distance between the curve and its chord, in units of the drawing
+    """
+    knots, degree = np.array(spline.knots()), spline.degree
+    inner = np.unique(knots[degree : len(knots) - degree])
+    pieces = []
+    for a, b in pairwise(inner.tolist()):
+        n, far = 2, np.inf
+        # chords of half the length are four times as near; the middles of the chords tell how near they are
+        while far > max(flatness, _LEAST_FLATNESS) and n < _MOST_CHORDS:
+            n *= 2
+            points = np.array([tuple(p) for p in spline.points(np.linspace(a, b, n + 1))])
+            far = float(np.linalg.norm(points[1::2] - 0.5 * (points[:-1:2] + points[2::2]), axis=1).max())
+        pieces += [points[:-1:2]]
+    return np.concatenate([*pieces, points[-1:]])
 
 
 def _entities(space: Any, frozen: frozenset[str], inserted_on: str = _OWN) -> Iterable[tuple[Any, str]]:
@@ -197,14 +236,24 @@ def _entities(space: Any, frozen: frozenset[str], inserted_on: str = _OWN) -> It
     inserted_on : layer of the insert: what lies on layer 0 of a block of the drawing takes it
     """
     for entity in space:
+        if entity.dxf.get("invisible", 0):
+            continue
         hides = inserted_on.casefold() in frozen
         layer = inserted_on if hides or entity.dxf.layer == _OWN else entity.dxf.layer
-        if entity.dxftype() == "INSERT":
+        if entity.dxftype() == "INSERT" and _is_elsewhere(entity):
+            yield entity, layer
+        elif entity.dxftype() == "INSERT":
             # one insert may stand for rows and columns of copies
             for one in entity.multi_insert() if entity.mcount > 1 else (entity,):
                 yield from _entities(one.virtual_entities(), frozen, layer)
         elif entity.dxftype() in (*_CURVES, *_FILLS, *_UNREAD):
             yield entity, layer
+
+
+def _is_elsewhere(insert: Any) -> bool:
+    """Whether the parts of an insert of ezdxf are in another file."""
+    block = insert.block()
+    return block is not None and bool(block.block.is_xref or block.block.is_xref_overlay)
 
 
 def _metres_per_unit(drawing: Any, path: str | Path) -> float:

@@ -221,7 +221,8 @@ def _repeats(rings: list[Array], shapely: Any) -> dict[int, int]:
     for i, j in sorted((int(min(p)), int(max(p))) for p in tree.query(polygons, predicate="intersects").T):
         if i < j and i not in dropped and j not in dropped:
             common = polygons[i].intersection(polygons[j]).area
-            if common > SAME * max(polygons[i].area, polygons[j].area):
+            least = SAME * max(polygons[i].area, polygons[j].area)
+            if common > least and _snapped(polygons[i], polygons[j], shapely) > least:
                 dropped[j] = i
     return dropped
 
@@ -339,9 +340,18 @@ def _contacts(
             continue
         touches[i] = True
         area = polygons[i].intersection(polygons[j]).area if i < j else 0.0  # each pair once
-        if area > _OVERLAP * gap * np.sqrt(min(polygons[i].area, polygons[j].area)):
+        least = _OVERLAP * gap * np.sqrt(min(polygons[i].area, polygons[j].area))
+        if area > least and _snapped(polygons[i], polygons[j], shapely) > least:
             overlaps.append((names[i], names[j], float(area)))
     return tuple(n for n, t in zip(names, touches, strict=True) if not t), tuple(overlaps)
+
+
+def _snapped(a: Any, b: Any, shapely: Any) -> float:
+    """Common area of two polygons of shapely on a fine grid [m2].
+
+    Without a grid it may come out as all of one, where sides lie in one line but for rounding.
+    """
+    return float(shapely.intersection(a, b, grid_size=_STRAIGHT * a.length).area)
 
 
 def loops(lines: Sequence[ArrayLike], gap: float) -> tuple[list[Array], list[int]]:

@@ -6,14 +6,14 @@ import warnings
 from collections import Counter
 from collections.abc import Collection, Iterable
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.checks import not_negative, several
 from limitmason.errors import InputError
-from limitmason.formats.outline_repair import loops, need_shapely
+from limitmason.formats.outline_repair import SAME, loops, need_shapely
 from limitmason.formats.svg_paths import LARGEST
 from limitmason.model.plausibility import PlausibilityWarning
 
@@ -24,7 +24,7 @@ _ROUNDING = 1e-9
 """Distance over the size of a line within which its ends are one point."""
 
 _SAME = 1e-3
-"""Difference of the boxes of two outlines over their size below which they are one, drawn twice; chosen."""
+"""Difference of the boxes of two outlines over their size below which they may be one, drawn twice; chosen."""
 
 
 class Outlines(NamedTuple):
@@ -81,7 +81,8 @@ class DrawnOutlines:
             self.layers.append(layer)
             self.closed[layer], self.open[layer] = [], []
         size = float(np.ptp(points, axis=0).max(initial=0.0))
-        if len(points) > 1 and np.linalg.norm(points[0] - points[-1]) <= _ROUNDING * size:
+        # a line that never leaves its first point ends there too, and is none
+        if size > 0.0 and len(points) > 1 and np.linalg.norm(points[0] - points[-1]) <= _ROUNDING * size:
             points, closed = points[:-1], True
         if closed and len(points) < 3:
             raise InputError(f"{where}: the outline has {len(points)} corners and encloses no area")
@@ -138,6 +139,7 @@ class DrawnOutlines:
         shapely = need_shapely()
         drawn = shapely.union_all([shapely.make_valid(shapely.Polygon(o)) for o in found.outlines])
         alone, islands = 0, 0
+        taken: list[Any] = []
         for rings in areas:
             polygons = [shapely.make_valid(shapely.Polygon(r)) for r in rings]
             # a ring within another leaves an island out, and a block has no hole
@@ -145,8 +147,11 @@ class DrawnOutlines:
                 islands += 1
                 continue
             for ring, polygon in zip(rings, polygons, strict=True):
-                if polygon.area > 0.0 and polygon.intersection(drawn).area < _OVER * polygon.area:
+                # one area filled twice, with a colour and a pattern, is one block
+                again = any(_common(polygon, other) > SAME for other in taken)
+                if polygon.area > 0.0 and not again and polygon.intersection(drawn).area < _OVER * polygon.area:
                     alone += 1
+                    taken.append(polygon)
                     found.outlines.append(_open(ring))
                     found.layers.append(layer)
                     found.names.append(f"{layer}-{found.layers.count(layer)}")
@@ -215,6 +220,15 @@ def _open(ring: Array) -> Array:
 
 
 def _same(a: Array, b: Array) -> bool:
-    """Whether two outlines, corners of shape (n, 2), have the same box around them."""
+    """Whether two outlines, corners of shape (n, 2), have the same box around them and the same area in it."""
     size = float(np.ptp(b, axis=0).max())
-    return bool(np.abs([a.min(axis=0) - b.min(axis=0), a.max(axis=0) - b.max(axis=0)]).max() < _SAME * size)
+    if np.abs([a.min(axis=0) - b.min(axis=0), a.max(axis=0) - b.max(axis=0)]).max() >= _SAME * size:
+        return False
+    # two triangles of a rectangle have one box
+    shapely = need_shapely()
+    return _common(*(shapely.make_valid(shapely.Polygon(ring)) for ring in (a, b))) > SAME
+
+
+def _common(a: Any, b: Any) -> float:
+    """Common area of two polygons of shapely over that of the larger one, zero where they have none."""
+    return float(a.intersection(b).area) / max(a.area, b.area, 1e-300)

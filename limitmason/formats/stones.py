@@ -13,7 +13,7 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from limitmason.arrays import Array
-from limitmason.checks import finite
+from limitmason.checks import finite, instance
 from limitmason.errors import InputError
 from limitmason.formats.meshes import bodies
 from limitmason.geometry import Solid
@@ -53,9 +53,11 @@ class Stones(NamedTuple):
         InputError
             Naming a stone of which its neighbours leave nothing.
         """
-        met = grown(self.points, reach, list((against or {}).values()), self.names)
-        names = [*self.names, *(against or {})]
-        solids = [*met.solids, *(against or {}).values()]
+        held = {} if against is None else instance("against", against, Mapping, "solids by name")  # type: ignore[type-abstract]
+        given = [instance(f"against[{name!r}]", solid, Solid) for name, solid in held.items()]
+        met = grown(self.points, reach, given, self.names)
+        names = [*self.names, *held]
+        solids = [*met.solids, *given]
         return MetStones(solids, names, met.gaps, met.before, met.after, met.moved, reach)
 
 
@@ -110,9 +112,11 @@ class MetStones(NamedTuple):
         density : [kg/m3], one or one per solid
         fixed : names that are held
         """
+        if "names" in options:
+            raise InputError("names: the stones keep those of their files")
         chosen = {"angle_tolerance_deg": _DEGREES, "wedge_tolerance_deg": 0.0, **options}
         return Assembly.from_polyhedra(
-            self.solids, joint=joint, density=density, fixed=list(fixed), names=self.names, **chosen
+            self.solids, joint=joint, density=density, fixed=fixed, names=self.names, **chosen
         )
 
 

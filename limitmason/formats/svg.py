@@ -203,7 +203,7 @@ def _shapes(
 
 
 def _style_sheet(root: ElementTree.Element) -> dict[str, str]:
-    """Declarations of the style sheets in a drawing, by a tag, ".class" or "#id".
+    """Declarations of the style sheets in a drawing, by a tag, ".class", "tag.class" or "#id".
 
     Other selectors are left out. ``root`` is the outermost element.
     """
@@ -218,7 +218,8 @@ def _style_sheet(root: ElementTree.Element) -> dict[str, str]:
 
 def _look(element: ElementTree.Element, sheet: dict[str, str]) -> dict[str, str]:
     """How an element is shown: its attributes, over these the style sheet, over that its own style."""
-    named = [_kind(element), *(f".{c}" for c in (element.get("class") or "").split()), f"#{element.get('id')}"]
+    classes = [f".{c}" for c in (element.get("class") or "").split()]
+    named = [_kind(element), *classes, *(f"{_kind(element)}{c}" for c in classes), f"#{element.get('id')}"]
     declared = ";".join([*(sheet[n] for n in named if n in sheet), element.get("style") or ""])
     pairs = [d.partition(":") for d in declared.split(";") if ":" in d]
     out = {k: element.get(k, "") for k in ("display", "visibility")}

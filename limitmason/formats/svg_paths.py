@@ -18,7 +18,7 @@ LARGEST = 1e30
 
 _NUMBER = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
 _WORD = re.compile(rf"[MmZzLlHhVvCcSsQqTtAa]|{_NUMBER.pattern}")
-_OWN_UNIT = re.compile(r"\d\s*(mm|cm|in|pt|pc|em|ex)\b|%")
+_OWN_UNIT = re.compile(r"[\d.]\s*(?!px\b|[eE][-+]?\d)[a-zA-Z]+\b|%")
 """A length that is not in units of the drawing; px is one of those."""
 
 _SMALLEST_TURN = 1e-3
@@ -97,6 +97,9 @@ def matrix_of(text: str, where: str) -> Array:
     if rest:
         raise InputError(f"{where}: transform {text!r} cannot be read")
     for name, given in re.findall(r"(\w+)\s*\(([^)]*)\)", text):
+        # a style may write units, an attribute has numbers alone: units of the drawing, and degrees
+        if _OWN_UNIT.search(re.sub(r"deg\b", "", given)):
+            raise InputError(f"{where}: transform {name}({given}) has a unit of its own; write plain numbers")
         found = [_number(v, where) for v in _NUMBER.findall(given)]
         step = np.eye(3)
         if name == "matrix" and len(found) == 6:
@@ -200,8 +203,9 @@ def shape_lines(element: ElementTree.Element, kind: str, flatness: float, where:
     if kind == "path":
         data = element.get("d", "").strip()
     elif kind in ("polygon", "polyline"):
-        # of several points after M all but the first are ends of lines
-        data = "M" + element.get("points", "") + "z" * (kind == "polygon")
+        # of several points after M all but the first are ends of lines; by the standard nothing is drawn without any
+        points = element.get("points", "").strip()
+        data = f"M{points}{'z' * (kind == 'polygon')}" if points else ""
     elif kind == "line":
         data = f"M{number('x1')} {number('y1')}L{number('x2')} {number('y2')}"
     elif kind == "rect":
@@ -300,4 +304,6 @@ def _chords(segment: Any, flatness: float) -> int:
     middle = [getattr(segment, name) for name in ("control", "control1", "control2") if hasattr(segment, name)]
     handles = np.array([segment.start, *middle, segment.end])
     bend = len(middle) * (len(middle) + 1) * float(np.abs(np.diff(handles, 2)).max())
-    return min(max(int(np.ceil(np.sqrt(bend / (8.0 * flatness)))), 1), _MOST_CHORDS)
+    if bend >= 8.0 * flatness * _MOST_CHORDS**2:  # a flatness of zero asks for more than any number
+        return _MOST_CHORDS if bend > 0.0 else 1
+    return max(int(np.ceil(np.sqrt(bend / (8.0 * flatness)))), 1)

@@ -16,7 +16,7 @@ from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.geometry.closed_part import closed_centres, closed_part
-from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs
+from limitmason.geometry.facing import Faces, FacingPairs, all_faces, facing_pairs, inner_faces
 from limitmason.geometry.merged_patches import ContactPatch, merged
 from limitmason.geometry.penetration import near_pairs, penetrations
 from limitmason.geometry.polygon import centroid_in_space, width_in_space
@@ -215,6 +215,9 @@ def candidates(
     width = limit if rules.width is None else np.full(len(a), rules.width)
     low = pairs.gap.min(axis=1)
     keep = (pairs.width > _LEAST_WIDTH * np.minimum(width, limit)) & (low >= -limit) & (low <= far)
+    # where a piece is thinner than the distance, the faces behind it are near enough too
+    inner = inner_faces(faces, owner, _CORNERS_ALIKE * float(distance.min(initial=np.inf)))
+    keep &= ~(inner[pairs.f] | inner[pairs.g])
     return Candidates(
         pairs=pairs.rows(keep), a=a[keep], b=b[keep], distance=limit[keep], width=width[keep], reach=far[keep],
     )

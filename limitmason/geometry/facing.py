@@ -9,9 +9,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from limitmason.arrays import Array, Index
+from limitmason.arrays import Array, Flags, Index
 from limitmason.geometry.clipping import area_perimeter, clip_convex_batch, drop_redundant_vertices
 from limitmason.geometry.polyhedron import Solid, face_planes, group_by_topology
+
+_OPPOSITE = -1.0 + 1e-9
+"""Cosine of two normals below which they are opposite [-]: rounding."""
+
+_AREAS_ALIKE = 1e-6
+"""Difference of the areas of two faces over that of one, up to which they are equal [-]: rounding."""
 
 
 class Faces(NamedTuple):
@@ -54,6 +60,36 @@ class FacingPairs(NamedTuple):
     def rows(self, keep: NDArray) -> "FacingPairs":
         """Some of the pairs."""
         return FacingPairs(*(column[keep] for column in self))
+
+
+def inner_faces(faces: Faces, owner: Index, near: float) -> Flags:
+    """Flags of the faces in which two pieces of one owner join, shape (F,): they lie in it and meet nothing else.
+
+    Parameters
+    ----------
+    faces : from :func:`all_faces`
+    owner : block of every solid, shape (solids,)
+    near : distance up to which centres of faces are one [m]
+    """
+    inner = np.zeros(len(faces.part), dtype=bool)
+    rows = np.flatnonzero((np.bincount(owner) > 1)[owner[faces.part]])
+    if not len(rows):
+        return inner
+    from scipy.spatial import cKDTree  # `import limitmason` loads numpy alone
+
+    corners, count = faces.corners[rows], faces.corners_of[rows]
+    own = np.arange(corners.shape[1]) < count[:, None]  # behind these the last corner is repeated
+    centre = np.where(own[..., None], corners, 0.0).sum(axis=1) / count[:, None]
+    arms = corners - corners[:, :1]
+    area = np.linalg.norm(np.cross(arms[:, :-1], arms[:, 1:]).sum(axis=1), axis=1)  # doubled [m2]
+    i, j = cKDTree(centre).query_pairs(near, output_type="ndarray").T
+    part, normal = faces.part[rows], faces.normal[rows]
+    # a piece may be thinner than that itself: its own two sides do not join
+    same = (owner[part[i]] == owner[part[j]]) & (part[i] != part[j])
+    same &= np.einsum("ki,ki->k", normal[i], normal[j]) < _OPPOSITE
+    same &= np.abs(area[i] - area[j]) <= _AREAS_ALIKE * area[i]
+    inner[rows[i[same]]] = inner[rows[j[same]]] = True
+    return inner
 
 
 def facing_pairs(

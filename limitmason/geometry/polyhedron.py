@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from limitmason.arrays import Array, Index
+from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
 
 Faces = tuple[tuple[int, ...], ...]
@@ -37,6 +37,12 @@ NO_VOLUME = 1e-12
 """Volume over the cube of a solid's size below which it encloses none [-]: rounding."""
 
 _BOX_FACES: Faces = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+
+
+def encloses(solids: Sequence[Solid]) -> Flags:
+    """Flags of the solids with a volume above rounding, which is below zero for an inverted one, shape (n,)."""
+    size = np.array([np.ptp(s.vertices, axis=0).max() for s in solids])
+    return np.abs(mass_properties(solids).volume) > NO_VOLUME * size**3
 
 
 def box(low: ArrayLike, high: ArrayLike) -> Solid:

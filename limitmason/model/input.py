@@ -8,7 +8,7 @@ import numpy as np
 from limitmason.checks import numbers
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import clean_outline, convex_pieces
-from limitmason.geometry.polyhedron import Solid, prism
+from limitmason.geometry.polyhedron import Solid, encloses, prism
 from limitmason.model.joint import Joint
 
 JointTable = Mapping[Any, Joint]
@@ -138,7 +138,10 @@ def read_prisms(
             pieces = convex_pieces(clean_outline(outline, slack))
         except ValueError as error:
             raise InputError(f"block {name!r}: {error}") from None
-        solids.append([prism(piece, y0=0.0, y1=thickness) for piece in pieces])
+        prisms = [prism(piece, y0=0.0, y1=thickness) for piece in pieces]
+        # corners all but on one line, as rounding of a drawing leaves them, make pieces that enclose nothing
+        whole = prisms if len(prisms) == 1 else [p for p, full in zip(prisms, encloses(prisms), strict=True) if full]
+        solids.append(whole or prisms)
     return solids
 
 

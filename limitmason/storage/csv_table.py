@@ -44,14 +44,14 @@ class Parsed(NamedTuple):
     doubt: str = ""
 
 
-def _cell(value: Any) -> str:
+def _cell(value: Any, separators: str = ",") -> str:
     """A cell as it is written.
 
-    It is quoted where a reader would take a part of it for something else.
+    It is quoted where a reader would take a part of it for something else, such as one of the ``separators``.
     """
     text = "" if value is None else str(value)
     # a reader that skips comments would cut an unquoted cell at the sign
-    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n\r#') else text
+    return '"' + text.replace('"', '""') + '"' if any(c in text for c in f'{separators}"\n\r#') else text
 
 
 def table_text(units: Mapping[str, str], rows: Iterable[Sequence[Any]], note: str = "") -> str:
@@ -71,8 +71,11 @@ def table_text(units: Mapping[str, str], rows: Iterable[Sequence[Any]], note: st
     names = list(units)
     if names and names[0].startswith("#"):
         raise InputError(f"the first column is called {names[0]!r}: readers would take the names for a comment")
-    out = [",".join(map(_cell, names)), UNITS + ",".join(map(_cell, units.values()))]
-    out += [f"# {line}" for line in note.splitlines()]
+    # a reader takes the separator from the names: a semicolon or tab in one is quoted
+    head = [_cell(name, ",;\t") for name in names]
+    out = [",".join(head), UNITS + ",".join(map(_cell, units.values()))]
+    # a note is no second line of units
+    out += [f"#  {line}" if f"# {line}".startswith(UNITS.strip()) else f"# {line}" for line in note.splitlines()]
     for row in rows:
         if len(row) != len(names):
             raise InputError(f"a row has {len(row)} cells, the table {len(names)} columns")

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from math import isfinite
+from math import isfinite, isinf
 from pathlib import Path
 from typing import Any
 
+from limitmason.checks import several
 from limitmason.errors import InputError
 from limitmason.storage.csv_table import UNITS, Parsed, Tabular, parsed, write_table
 from limitmason.storage.files import named_path
@@ -185,14 +186,20 @@ def write_measured(
     Raises
     ------
     InputError
-        Where the file exists already, and for a row without one of the columns.
+        Where the file exists already, without rows, for a row without one of the columns, and for an endless number.
     """
     path = named_path(path)
     if path.exists():
         raise InputError(f"{path} exists already; choose another name")
+    rows = several("rows", rows, Mapping)  # type: ignore[type-abstract]
+    if not rows:
+        raise InputError("rows: give at least one, a mapping of columns to values")
     for k, row in enumerate(rows):
         if missing := [name for name in units if name not in row]:
             raise InputError(f"rows[{k}] has no {missing[0]!r}: give every column a value")
+        endless = next((name for name in units if isinstance(row[name], float) and isinf(row[name])), None)
+        if endless is not None:
+            raise InputError(f"rows[{k}] has {row[endless]} for {endless!r}: a table holds finite numbers")
     cells = ([f"{v:.10g}" if isinstance(v, float) else v for v in (row[name] for name in units)] for row in rows)
     write_table(path, units, cells, note)
 

@@ -51,6 +51,15 @@ def test_every_number_has_its_unit():
     }
 
 
+def test_what_a_field_offers_is_taken_by_its_call():
+    # the stones at the lowest level, not a block of that name
+    field = next(f for f in forms.calls()["drawing"]["drawing"].fields if f.name == "fixed")
+    assert [script.literal(c, field.kind) for c in field.choices] == ['"lowest"']
+    assert script.literal("a-1, a-2", field.kind) == '("a-1", "a-2")'
+    # digits of other scripts are numbers to float, and none in the source of Python
+    assert script.literal("٣.٥", "number") == '"٣.٥"'
+
+
 def test_a_decimal_comma_is_no_pair_of_stiffnesses():
     # (1, 5e9): a normal stiffness of 1 Pa/m, by which a wall of bricks sinks by metres
     call = forms.calls()["analysis"]["pushover"]

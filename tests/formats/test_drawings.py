@@ -315,3 +315,76 @@ def test_a_cut_drawing_is_refused_by_its_name_wherever_it_is_cut(tmp_path):
     path.write_text("0\nSECTION\n", encoding="utf-8")
     with pytest.raises(InputError, match=r"cut\.dxf"):
         formats.read_dxf(path)
+
+
+SQUARE = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
+
+
+def areas(found):
+    return sorted(abs(polygon_area_centroid(o)[0]) for o in found.outlines)
+
+
+def sides(space, corners, layers):
+    for k, layer in enumerate(layers):
+        space.add_line(corners[k], corners[(k + 1) % len(corners)], dxfattribs={"layer": layer})
+
+
+def both_triangles(space, _):
+    space.add_lwpolyline([(0, 0), (1, 0), (0, 1)], close=True)  # and the other half of its box in single lines
+    sides(space, [(1, 0), (1, 1), (0, 1)], "000")
+
+
+def points(space, _):
+    space.add_lwpolyline(SQUARE, close=True)
+    space.add_line((3, 3), (3, 3))
+    space.add_lwpolyline([(4, 4), (4, 4)])
+
+
+def invisible(space, drawing):
+    # as the states of a dynamic block that are not chosen
+    block = drawing.blocks.new("STONE")
+    for k in range(3):
+        block.add_lwpolyline(SQUARE + [2 * k, 0], close=True).dxf.invisible = int(k > 0)
+    space.add_blockref("STONE", (0, 0))
+    space.add_blockref("STONE", (0, 9)).dxf.invisible = 1
+
+
+def filled_twice(space, _):
+    for _ in range(2):
+        space.add_hatch().paths.add_polyline_path(SQUARE)
+
+
+def spelt_in_many_ways(space, _):
+    sides(space, SQUARE, ["Wall", "WALL", "wall", "Wall"])
+
+
+def periodic(space, _):
+    space.add_spline().set_closed([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)])
+
+
+@pytest.mark.filterwarnings("ignore::limitmason.model.plausibility.PlausibilityWarning")
+@pytest.mark.parametrize(("fill", "exact"), [
+    (both_triangles, [0.5, 0.5]), (points, [1.0]), (invisible, [1.0]), (filled_twice, [1.0]),
+    (spelt_in_many_ways, [1.0]),
+    (periodic, [61 / 90]),  # four pieces of a uniform cubic spline around the unit square
+])
+def test_drawings_hold_each_block_once_and_whole(tmp_path, fill, exact):
+    found = formats.read_dxf(drawn(tmp_path / "a.dxf", fill, unit=6), flatness=1e-6)
+    assert areas(found) == pytest.approx(exact, abs=1e-5)
+    assert len(set(found.layers)) == 1
+
+
+def test_parts_of_a_drawing_that_are_not_there_are_told(tmp_path):
+    def missing(space, _):
+        space.add_lwpolyline(SQUARE, close=True)
+        space.add_blockref("LOST", (0, 0))
+
+    def elsewhere(space, drawing):
+        space.add_lwpolyline(SQUARE, close=True)
+        drawing.add_xref_def("other.dxf", "OTHER")
+        space.add_blockref("OTHER", (0, 0))
+
+    with pytest.raises(InputError, match='a.dxf: an inserted block cannot be taken apart.*"LOST"'):
+        formats.read_dxf(drawn(tmp_path / "a.dxf", missing))
+    with pytest.warns(lm.PlausibilityWarning, match="1 external reference cannot be read"):
+        assert len(formats.read_dxf(drawn(tmp_path / "a.dxf", elsewhere)).outlines) == 1

@@ -164,3 +164,28 @@ def test_rubble_with_mortar_is_a_wall_whose_joints_are_what_its_stones_share(tmp
     assert sum(i.area for i in found.assembly.interfaces) == pytest.approx(0.4 * shared, rel=2e-3)
     assert not [w for w in recwarn if issubclass(w.category, lm.ContactWarning)]
     assert "half a mortar joint" in str(found.cleaned)
+
+
+def test_stones_that_share_a_corner_line_but_for_rounding_do_not_overlap():
+    # of these two GEOS gives all of the first as their common area
+    first = [(-0.06274242731208328, -0.18082466541074138), (0.059794912177282486, -0.061295779171435874),
+             (-0.00012349341835918724, -2.1713425652464034e-05), (-0.12267350934609686, -0.11959809234618932)]
+    second = [(-0.0015104672235733627, -0.12109603067680083), (-0.12416278044688961, -0.24073706789329535),
+              (-0.06428383783835406, -0.30199171831970445), (0.058296229494101556, -0.18241899415740434)]
+    cleaned = formats.clean([first, second], 1e-4)
+    assert len(cleaned.outlines) == 2
+    assert cleaned.overlaps == ()
+
+
+@pytest.mark.parametrize("error", [1e-7, 1e-6, 1e-5, 1e-4])
+def test_corners_off_by_rounding_leave_the_joints_their_area(error):
+    # joints that are shared out have steps of the error of the corners: thin pieces, of which some enclose nothing
+    rng = np.random.default_rng(1)
+    stones = [(0, 0.59, 0, 0.29), (0.6, 1.19, 0, 0.29), (0, 0.29, 0.3, 0.59), (0.3, 0.89, 0.3, 0.59)]
+    drawn = [np.array([(a, c), (b, c), (b, d), (a, d)]) + rng.uniform(-error, error, (4, 2)) for a, b, c, d in stones]
+    cleaned = formats.clean(drawn, 1e-3, mortar=0.01)
+    wall = lm.Assembly.from_polygons(
+        cleaned.outlines, thickness=1.0, joint=lm.Joint(30.0), angle_tolerance_deg=0.05, wedge_tolerance_deg=0.0
+    )
+    # two head joints, and the bed over the length that both courses have
+    assert sum(i.area for i in wall.interfaces) == pytest.approx(0.295 + 0.295 + 0.89, abs=0.01)

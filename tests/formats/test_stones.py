@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import limitmason as lm
 from limitmason import Joint, build
 from limitmason.errors import InputError
 from limitmason.formats import Stones, read_stones
@@ -112,6 +113,23 @@ def test_what_is_no_convex_stone_is_refused_with_advice(tmp_path):
         read_stones(tmp_path / "empty") if (tmp_path / "empty").mkdir() is None else None
     with pytest.raises(InputError, match="up must be"):
         read_stones(tmp_path, up="w")
+    with pytest.raises(InputError, match="up must be"):
+        read_stones(tmp_path, up=["z"])
+
+
+def test_stones_are_held_and_grown_against_what_is_named(tmp_path):
+    trimesh.creation.box((1, 1, 1)).export(tmp_path / "cube.ply")
+    stones = read_stones(tmp_path / "cube.ply")
+    for against in (3, [box((-1, -1, -2), (1, 1, -0.51))]):
+        with pytest.raises(InputError, match="against must be a Mapping"):
+            stones.grown(0.02, against)
+    with pytest.raises(InputError, match=r"against\['ground'\] must be a Solid, got 3"):
+        stones.grown(0.02, {"ground": 3})
+    met = stones.grown(0.02)
+    with pytest.raises(InputError, match=r"write fixed=\['cube'\]"):
+        met.assembly(joint=lm.Joint(30.0), density=2000.0, fixed="cube")
+    with pytest.raises(InputError, match="names: the stones keep"):
+        met.assembly(joint=lm.Joint(30.0), density=2000.0, names=["a"])
 
 
 @pytest.mark.parametrize("away", [(0, 0, 0), (40, -30, 20)])

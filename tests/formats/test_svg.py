@@ -189,6 +189,7 @@ STONE = '<rect width="20" height="10"/>'
 @pytest.mark.parametrize(("sheet", "hidden"), [
     (".a, .b{display: none !important}", '<g class="x b">' + STONE + "</g>"),
     ("/* .c{} */ #old { fill:#000 ; visibility : hidden }", '<g id="old">' + STONE + "</g>"),
+    ("polygon.x{display:none}", '<polygon class="x" points="0,0 20,0 20,10 0,10"/>'),
     ("polygon{display:none}", '<polygon points="0,0 20,0 20,10 0,10"/>'),
     ("", '<g style="display: none ;">' + STONE + "</g>"),
 ])
@@ -205,6 +206,10 @@ def test_what_the_style_sheet_hides_is_no_block(tmp_path, sheet, hidden):
     ('<rect id="p" width="2,5" height="1"/>', "rect p: '2,5' is not one number"),  # not a width of 2
     ('<circle id="p" r="1 2"/>', "circle p: '1 2' is not one number"),
     ('<rect id="p" width="2" height="1" style="transform: scale(2)"/>', "rect p: it is moved by its style"),
+    ('<rect id="p" width="5rem" height="1"/>', "rect p: '5rem' has a unit of its own"),
+    ('<rect id="p" width="5.mm" height="1"/>', "rect p: '5.mm' has a unit of its own"),
+    ('<g id="p" transform="translate(5mm, 3)"/>', r"g p: transform translate\(5mm, 3\) has a unit of its own"),
+    ('<g id="p" transform="rotate(0.5rad)"/>', r"g p: transform rotate\(0.5rad\) has a unit of its own"),
     ('<style>.big{transform:scale(2)}</style><g id="p" class="big"/>', "g p: it is moved by its style"),
 ])
 def test_what_would_be_drawn_in_another_size_is_refused(tmp_path, shape, message):
@@ -228,3 +233,15 @@ def test_mortar_of_nothing_is_refused_by_its_name(tmp_path):
         lm.formats.read_drawing(tmp_path / "a.svg", scale=1.0, mortar=0)
     with pytest.raises(ValueError, match=r"fixed must be a list of block names or numbers: for none"):
         lm.formats.model_of_drawing(tmp_path / "a.svg", scale=1.0, thickness=1.0, joint=lm.Joint(30.0), fixed=None)
+
+
+@pytest.mark.parametrize("nothing", [
+    '<polygon points=""/>', '<line x1="3" y1="3" x2="3" y2="3"/>', '<path d="M3 3L3 3"/>',
+])
+def test_what_has_no_length_draws_nothing(tmp_path, nothing):
+    assert [area(o) for o in read(tmp_path, nothing + STONE).outlines] == pytest.approx([0.02])
+
+
+def test_curves_without_flatness_have_the_most_chords(tmp_path):
+    found = read(tmp_path, '<path d="M0 0C0 10 10 10 10 0z"/>', flatness=0.0)
+    assert area(found.outlines[0]) == pytest.approx(60e-4, rel=1e-6)  # of the closed form, in cm

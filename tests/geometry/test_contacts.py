@@ -265,3 +265,12 @@ def test_three_thousand_blocks_on_one_slab_lose_no_contact():
     wall = running_bond(39, 77)
     assert wall.n_blocks == 3042
     assert len(wall.interfaces) == 39 + 2 * 39 * 76 + sum(38 if j % 2 == 0 else 39 for j in range(77))
+
+
+@pytest.mark.parametrize("step", [1e-3, 1e-4, 1e-5, 1e-6, 1e-7])
+def test_a_face_of_a_thin_piece_is_no_second_contact(step):
+    # two blocks that fit with a small step between: the pieces behind the step are as near as the tolerance
+    low = [(0, 0), (1, 0), (1, 1), (0.5, 1), (0.5, 1 + step), (0, 1 + step)]
+    high = [(0, 1 + step), (0.5, 1 + step), (0.5, 1), (1, 1), (1, 2), (0, 2)]
+    wall = lm.Assembly.from_polygons([low, high], thickness=1.0, joint=JOINT, fixed=[0])
+    assert sum(i.area for i in wall.interfaces if i.normal[2] > 0.9) == pytest.approx(1.0, abs=1e-5)

@@ -2,6 +2,7 @@
 
 import csv
 import io
+import math
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,20 @@ def test_what_is_written_is_read_again_whatever_the_words(tmp_path):
         table_text({"# x": "m"}, [])
     with pytest.raises(InputError, match="units row"):
         parsed("x\n", "t")
+
+
+def test_measured_values_are_read_as_they_were_written(tmp_path):
+    rows = [{"peak; mean": 41.5}, {"peak; mean": 22.9}]
+    # rows that can be gone through once only, a name with a separator, and a note that looks like units
+    write_measured(tmp_path / "a.csv", {"peak; mean": "kN"}, iter(rows), note="units: as in the paper")
+    assert read_measured(tmp_path / "a.csv").rows == rows
+    for wrong, message in (
+        ([], "rows: give at least one"), ([3], r"rows\[0\] must be a Mapping, got 3"),
+        ([{"a": math.inf}], r"rows\[0\] has inf for 'a'"),
+    ):
+        with pytest.raises(InputError, match=message):
+            write_measured(tmp_path / "b.csv", {"a": "m"}, wrong)
+    assert not (tmp_path / "b.csv").exists()
 
 
 def test_every_writer_of_the_package_is_read_by_numpy(tmp_path):
