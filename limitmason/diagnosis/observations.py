@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from limitmason.checks import choice, instance, positive
-from limitmason.diagnosis.specimens import name_of
+from limitmason.diagnosis.inference.trends import is_numeric
+from limitmason.diagnosis.specimens import numbers_of
 from limitmason.errors import InputError
 from limitmason.vibration import ModalTest
 
@@ -209,18 +210,8 @@ class Rows:
         begun = {o.quantity for o in observed if not np.isnan(o.value)}
         planned = {o.quantity: (str(o.kind), o.link == "log", float(o.compared[1] or 0.0)) for o in observed
                    if begun and o.quantity not in begun and o.scatter is not None}
-        called = [name_of(s) for s in specimens]
-        names = {name: i for i, name in enumerate(called) if name is not None}
         chosen = [o for o in observed if not np.isnan(o.value)] or list(observed)
-        of = []  # place of the specimen of each row
-        for o in chosen:
-            number = names.get(o.specimen, o.specimen)
-            if called.count(o.specimen) > 1:
-                raise InputError(f"{o._called}: {called.count(o.specimen)} specimens are called so: name them apart")
-            if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < len(specimens):
-                known = ", ".join(names) or "none has a name"
-                raise InputError(f"{o._called}: no such specimen; known: {known}, or 0 to {len(specimens) - 1}")
-            of.append(number)
+        of = numbers_of([(o.specimen, o._called) for o in chosen], specimens)  # place of the specimen of each row
         taken: set[tuple[int, str]] = set()
         for number, o in zip(of, chosen, strict=True):
             if (number, o.quantity) in taken:
@@ -286,12 +277,24 @@ class Rows:
         return replace(self, values=frozen(out))
 
     def on(self, count: int) -> Rows:
-        """Rows of ``count`` other specimens: all quantities, planned ones too, no values."""
+        """Rows of ``count`` other specimens: all quantities, planned ones too, no values.
+
+        Where a scatter is stated, that of a quantity is its mean over these rows, or as planned.
+        """
         kinds = dict(zip(self.quantities, self.kinds, strict=True)) | {q: k for q, (k, _, _) in self.planned.items()}
         logs = self.needed | {q: log for q, (_, log, _) in self.planned.items()}
+
+        later = [scatter for _, _, scatter in self.planned.values()]
+
+        def spread(stated: Sequence[float] | np.ndarray, planned: Sequence[float]) -> list[float]:
+            """Mean of what is stated of each quantity, and what is planned, for all rows."""
+            return [*(np.asarray(stated)[self.column == k].mean() for k in range(len(self.needed))), *planned] * count
+
         return Rows(
             of=np.repeat(np.arange(count), len(logs)), quantities=tuple(logs) * count,
             kinds=tuple(kinds[q] for q in logs) * count, log=np.tile(np.array(list(logs.values()), dtype=bool), count),
+            scatter=None if self.scatter is None else np.array(spread(self.scatter, later)),
+            misread=None if self.misread is None else tuple(spread(self.misread, [0.0] * len(later))),
         )
 
     def linked(self, values: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
@@ -334,12 +337,10 @@ class Rows:
         covariates : one entry per row
         names : what each row's specimen is called
         """
-        out = dict(covariates)
+        out, kinds = dict(covariates), list(dict.fromkeys(self.kinds))
         if not self.several:
             return out
-        kinds = list(dict.fromkeys(self.kinds))
-        out["quantity"] = list(self.quantities)
-        out["specimen"] = list(names)
+        out |= {"quantity": list(self.quantities), "specimen": list(names)}
         for kind in kinds if len(kinds) > 1 else ():
             for name, column in covariates.items():
                 out[f"{name} in {kind}"] = _within([k == kind for k in self.kinds], column)
@@ -349,7 +350,7 @@ class Rows:
 def _within(inside: Sequence[bool], column: Sequence[Any]) -> list[Any]:
     """A column on the rows ``inside``, on others the mean of these, or "-" of labels."""
     numbers = [v for v, i in zip(column, inside, strict=True) if i]
-    if any(isinstance(v, (str, bool)) for v in numbers):
+    if not is_numeric(numbers):
         return [str(v) if i else "-" for v, i in zip(column, inside, strict=True)]
     mean = float(np.mean([float(v) for v in numbers]))
     return [float(v) if i else mean for v, i in zip(column, inside, strict=True)]

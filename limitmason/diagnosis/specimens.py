@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from numbers import Integral
 from typing import Any
 
 from limitmason.diagnosis.inference.shared_noise import is_circumstance
+from limitmason.errors import InputError
 
 
 def name_of(specimen: Any) -> str | None:
@@ -24,6 +26,35 @@ def called(specimen: Any, number: int) -> str:
     name = name_of(specimen)
     direction = specimen.get("direction", "") if name and isinstance(specimen, Mapping) else ""
     return f"specimen {number if name is None else name}{direction}"
+
+
+def numbers_of(keys: Iterable[tuple[Any, str]], specimens: Sequence[Any]) -> list[int]:
+    """Places of specimens that are told by name or by number, from 0.
+
+    Parameters
+    ----------
+    keys : name or number of each, and what the message calls it
+
+    Raises
+    ------
+    InputError
+        For a specimen that is not there, a name of several, and a number that is also the name of another.
+    """
+    names = [name_of(s) for s in specimens]
+    place = {name: i for i, name in enumerate(names) if name is not None}
+    out = []
+    for key, what in keys:
+        number = place.get(key, key) if isinstance(key, str) else key
+        if isinstance(key, str) and names.count(key) > 1:
+            raise InputError(f"{what}: {names.count(key)} specimens are called so: name them apart")
+        if isinstance(number, bool) or not isinstance(number, Integral) or not 0 <= int(number) < len(specimens):
+            known = ", ".join(place) or "none has a name"
+            raise InputError(f"{what}: no such specimen; known: {known}, or 0 to {len(specimens) - 1}")
+        if not isinstance(key, str) and place.get(str(key), number) != number:
+            raise InputError(f"{what}: {key} is the place of one specimen, from 0, and the name of another: "
+                             f"give the name as text, {str(key)!r}")
+        out.append(int(number))
+    return out
 
 
 def circumstances_of(specimens: Sequence[Any]) -> list[str]:

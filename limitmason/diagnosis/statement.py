@@ -219,7 +219,8 @@ class Statement(ReadOnly):
         and groups, and their covariates are read anew.
         """
         if "specimens" in changes:
-            rows = self.rows.on(len(changes["specimens"]))
+            changes = {**changes, "specimens": tuple(changes["specimens"])}
+            rows = self.rows.on(len(changes["specimens"]))  # with the noise of each quantity, where rows state it
             noise = self.noise.for_others() if self.noise.by_row else self.noise
             changes = {
                 "measured": None, "groups": None, "covariates": tuple(self.covariates), "rows": rows, "noise": noise,
@@ -231,8 +232,8 @@ class Statement(ReadOnly):
         if set(changes) & {"noise", "covariates"}:
             return dataclasses.replace(self, **changes, made=StudyCache(self.tables, {}))
         made = self._made
-        # judges leave out groups, and rehearsals go by judges: tables and designs know nothing of them
-        if "groups" in changes:
+        # judges leave out groups, allow for noise shared unstated, and set rehearsals: tables and designs do not
+        if set(changes) & {"groups", "shared"}:
             made = StudyCache(self.tables, made.designs)
         return dataclasses.replace(self, **changes, made=made)
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.cause import Cause, check_causes
-from limitmason.checks import count
+from limitmason.checks import choice, count, instance
 from limitmason.diagnosis.cause_tables import ASSUMED_NOISE, PoolGrids
 from limitmason.diagnosis.error_rates import Rehearsal, planted, rehearse
 from limitmason.diagnosis.inference.design import Design
@@ -97,7 +97,7 @@ class Study(Statement):
 
         It is kept for each list and rule, with the rehearsal that sets its margins.
         """
-        causes, rule, judges = self._listed(causes), rule or Rule(), self._made.judges
+        causes, rule, judges = self._listed(causes), instance("rule", rule or Rule(), Rule), self._made.judges
         if (causes, rule) not in judges:
             design, folds = self.design(causes), folds_of(self.groups, self.n)
 
@@ -164,7 +164,8 @@ class Study(Statement):
         """
         if self.measured is None:
             raise InputError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
-        draws, seed = count("draws", draws, least=fewest_draws(rule or Rule())), count("seed", seed, least=0)
+        rule = instance("rule", rule or Rule(), Rule)
+        draws, seed = count("draws", draws, least=fewest_draws(rule)), count("seed", seed, least=0)
         reached(None, "tables")
         asked = self._checked(causes)
         causes = self.tables.computable(asked)
@@ -317,7 +318,8 @@ class Study(Statement):
         progress : told after each trial in a line what was hidden and what was found
         """
         n = count("n", n, least=0)
-        causes, rule = self._listed(causes), replace(rule or Rule(), screen=True)  # no p of a hopeless cause is wanted
+        causes, rule = self._listed(causes), instance("rule", rule or Rule(), Rule)
+        rule = replace(rule, screen=True)  # no p of a hopeless cause is wanted
         if hide is None:
             known = self.known_design(causes, sd)
             judge = self.judge(causes, rule)
@@ -365,6 +367,11 @@ class Study(Statement):
         k : number of tests
         costs : cost of a test by quantity
         """
-        design = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None)
+        if costs is not None:
+            if not isinstance(costs, Mapping):
+                raise InputError(f"costs must read {{'peak': 3.0}}, a cost for each quantity, got {costs!r}")
+            for quantity in costs:
+                choice("a quantity of costs", quantity, (*self.rows.needed, *self.rows.planned))
+        design, pool = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None), list(pool)
         there = PoolGrids(self.tables, pool, self.noise, causes, design.scale)
         return suggest(design, there, pool, k, diagnosis, self.about.costs if costs is None else costs)

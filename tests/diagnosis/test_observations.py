@@ -1,10 +1,11 @@
 """Several numbers per specimen: laws of scale, noise and missing values, and names that need two kinds of evidence."""
 
 import dataclasses
+from datetime import date
 
 import numpy as np
 import pytest
-from diagnosis_models import CAUSES, ROUNDING, blocks, data, specimens, study
+from diagnosis_models import CAUSES, ROUNDING, WIDTHS, blocks, data, specimens, study
 from scipy.special import ndtr
 
 import limitmason as lm
@@ -403,6 +404,44 @@ def test_three_numbers_with_two_causes_are_called_scatter_only_together_with_wha
     # nine deviations in one number are no noise as stated: the report says what follows if the statement holds
     assert "If the noise is as stated, the simulation is wrong" in report
     assert "3 numbers cannot tell" in report
+
+
+def test_other_specimens_have_the_noise_of_each_quantity():
+    made = several_kinds(observed(), causes=LISTED)
+    again = made.replace(specimens=(s for s in specimens()))
+    assert again.scale == pytest.approx(made.scale)
+    assert again.confusable().seen == pytest.approx(made.confusable().seen)
+
+
+def test_a_number_that_is_also_a_name_of_another_specimen_is_refused():
+    stacks = [{**s, "name": i + 1} for i, s in enumerate(specimens())]
+
+    def made(*keys):
+        return Study(stacks, walls, [Observation(key, "peak", 0.2, 0.04) for key in keys])
+
+    with pytest.raises(InputError, match=r"specimen 1: 1 is the place .* and the name of another: .* as text, '1'"):
+        made(1, 2, 3)
+    assert made("1", "2").called == ("specimen 1", "specimen 2")
+    bare = Study(specimens(), walls, [Observation(k, "peak", 0.2, 0.04) for k in np.arange(3)])
+    assert bare.rows.of.tolist() == [0, 1, 2]
+    with pytest.raises(InputError, match=r"no such specimen"):
+        made([1])
+
+
+def test_a_circumstance_may_be_a_date_or_missing_where_several_kinds_were_measured():
+    rows = observed()
+    for days in ([date(2024, 5, 1 + i // 3) for i in range(12)], [None if i < 2 else i // 4 for i in range(12)]):
+        columns = several_kinds(rows, covariates={"day": days}).columns
+        assert columns["day in force"] == [str(days[i // 3]) if i % 3 == 0 else "-" for i in range(36)]
+
+
+def test_numbers_of_any_kind_are_answers():
+    def simulate(s, soft=1.0):
+        return {"peak": np.float32(soft * s["width"]), "opened a|b": np.bool_(True)}
+
+    rows = [Observation(i, q, v, 0.05) for i, s in enumerate(specimens())
+            for q, v in (("peak", s["width"]), ("opened a|b", 1))]
+    assert Study(specimens(), simulate, rows, shared=()).baseline()[:2] == pytest.approx([WIDTHS[0], 1.0])
 
 
 def test_a_scatter_in_per_cent_is_refused():

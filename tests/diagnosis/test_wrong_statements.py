@@ -4,7 +4,7 @@ import pytest
 from diagnosis_models import CAUSES, GAIN, data, specimens, study
 
 from limitmason.answers import Curve
-from limitmason.diagnosis import Measured, Noise, Observation
+from limitmason.diagnosis import Measured, Noise, Observation, binomial_interval
 from limitmason.diagnosis.curves import features, points
 from limitmason.errors import InputError
 
@@ -27,6 +27,16 @@ LINE = {"a": Curve([0.0, 1.0, 2.0, 3.0], [0.0, 5.0, 6.0, 4.0])}
     (lambda: Observation(0, 3, 1.0), "quantity of specimen 0"),
     (lambda: features("a", LINE["a"], load_error="x", displacement_error=0.1), "error of load"),
     (lambda: points(LINE, load_error=-0.02, displacement_error=0.1), "must be positive, got load_error=-0.02"),
+    (lambda: study().plan(CAUSES, specimens(), k=2, costs={"peek": 2.0}), "quantity of costs must be one of 'value'"),
+    (lambda: study().plan(CAUSES, specimens(), k=2, costs=2.0), "costs must read"),
+    (lambda: study().confusable([GAIN]).nearest("gain"), "alone on the list"),
+    (lambda: study().confusable(CAUSES).nearest("gian"), "name must be one of .*'gain'"),
+    (lambda: study().rehearse(CAUSES, n=0).rate("wrongname"), "outcome must be one of .*'wrong name'"),
+    (lambda: study().rehearse(CAUSES, n=0).rate("named", "gian"), "hidden must be one of .*'gain'"),
+    (lambda: binomial_interval(5, 3), "got 5 of 3"),
+    (lambda: binomial_interval(1, 3, 95), "level must be a share"),
+    (lambda: Measured(0.7, 0.03, (0.7, 0.7)), "give sd=0"),
+    (lambda: study(data()).diagnose(CAUSES, rule=0.05), "rule must be a Rule"),
     (lambda: points(LINE, LINE, load_error=0.02, displacement_error=0.1, count=0), "count must be"),
 ])
 def test_wrong_statements_of_a_study_are_named(call, message):

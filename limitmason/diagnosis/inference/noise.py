@@ -50,6 +50,8 @@ class Measured:
             raise InputError(f"bounds of a measured input are a lowest and a highest value, got {self.bounds!r}")
         if not self.bounds[0] <= self.value <= self.bounds[1]:
             raise InputError(f"a measured input must lie within its bounds, got {self}")
+        if self.sd > 0.0 and self.bounds[0] == self.bounds[1]:
+            raise InputError(f"bounds that leave one value leave no error: give sd=0, got {self}")
 
     def at(self, z: float) -> float:
         """The input ``z`` standard deviations above its measured value."""
