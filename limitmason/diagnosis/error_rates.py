@@ -208,7 +208,9 @@ def rehearse(
             size = low + (high - low) * rng.random()
         inputs = rng.standard_normal(len(chosen.grid.z))  # true inputs, in standard deviations from the measured ones
         expected = chosen.grid.between(position_of(chosen.grid, size, inputs))
-        y = spread * (expected + rng.standard_normal(design.n))
+        # what is seen or not is misread, by what is predicted; all else has normal errors
+        noise = design.noise.about(design.origin + spread * design.scale * expected)
+        y = spread * (expected + noise.errors(rng, 1, design.n)[0])
         verdict = chosen.judge.judge_with_own_noise(y, chances, pairs)
         row = NULL if chosen.cause is None else chosen.cause.name
         counts[row][outcome(verdict, chosen.cause.name if chosen.cause else None)] += 1

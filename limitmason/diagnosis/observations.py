@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -39,7 +40,8 @@ SIGNED = ("mode", "residual displacement")  # quantities that may be negative: c
 
 
 def _begins(quantity: str, words: Iterable[str]) -> bool:
-    return any(quantity.lower().startswith(word) for word in words)
+    """Whether a quantity begins with one of some words, or its plural: a "sliding load" was not seen."""
+    return re.match(rf"(?:{'|'.join(words)})s?(?![a-z])", quantity.lower()) is not None
 
 
 @dataclass(frozen=True)
@@ -225,7 +227,7 @@ class Rows:
         values = np.array([value for value, _ in pairs])
         # of a value that was not reached: a prediction beyond it is cut at it, and then has no misfit
         cut = any(o.beyond for o in chosen)
-        low, high = (np.array([o.value if o.beyond == b else end for o in chosen])
+        low, high = (np.array([o.value if o.beyond == b and not np.isnan(o.value) else end for o in chosen])
                      for b, end in (("below", -np.inf), ("above", np.inf)))
         return cls(
             of=np.array(of, dtype=int), quantities=tuple(o.quantity for o in chosen),
@@ -259,8 +261,22 @@ class Rows:
         order = {q: i for i, q in enumerate(self.needed)}
         return np.array([order[q] for q in self.quantities], dtype=int)
 
+    @property
+    def noise(self) -> np.ndarray:
+        """Scatter and rate of misreading of every row, 0 where not stated, shape (2, n)."""
+        return np.array([np.zeros(len(self)) if v is None else v for v in (self.scatter, self.misread)], dtype=float)
+
+    def alike(self, other: Rows) -> bool:
+        """Whether both are of the same numbers in one order, so that their predictions are the same."""
+        names = (self.quantities, self.kinds) == (other.quantities, other.kinds)
+        cuts = zip((self.low, self.high), (other.low, other.high), strict=True)
+        return names and np.array_equal(self.of, other.of) and np.array_equal(self.log, other.log) and all(
+            np.array_equal(a, b) if a is not None and b is not None else a is b for a, b in cuts)
+
     def with_values(self, values: Any) -> Rows:
-        """These rows with other values, one per row."""
+        """These rows with other values, one per row; None for those of numbers not measured yet."""
+        if values is None:
+            return replace(self, values=None)
         try:
             out = np.array(values, dtype=float)
         except (TypeError, ValueError):
@@ -274,7 +290,8 @@ class Rows:
         if len(bad):
             where = f"specimen {self.of[bad[0]]}"
             raise InputError(f"measured values must be positive and finite; {where} has {out[bad[0]]:g}")
-        return replace(self, values=frozen(out))
+        low, high = (None if cut is None else np.where(np.isfinite(cut), out, cut) for cut in (self.low, self.high))
+        return replace(self, values=frozen(out), low=low, high=high)
 
     def on(self, count: int) -> Rows:
         """Rows of ``count`` other specimens: all quantities, planned ones too, no values.
@@ -370,31 +387,3 @@ def frozen(values: np.ndarray) -> np.ndarray:
     """An array that cannot be written to."""
     values.flags.writeable = False
     return values
-
-
-def covariates_of(
-    given: Iterable[str] | Mapping[str, Sequence[Any]], specimens: Sequence[Any], rows: Rows
-) -> dict[str, list[Any]]:
-    """Values of every covariate per row, from the specimens by name, or as given.
-
-    Parameters
-    ----------
-    given : names of what every specimen records, or columns by name with an entry per specimen or row
-
-    Raises
-    ------
-    InputError
-        For a covariate that a specimen lacks, or a wrong number of values.
-    """
-    if isinstance(given, Mapping):
-        out = {str(k): list(v) for k, v in given.items()}
-    else:
-        out = {}
-        for name in given:
-            out[name] = []
-            for i, s in enumerate(specimens):
-                try:
-                    out[name].append(s[name] if isinstance(s, Mapping) else getattr(s, name))
-                except (KeyError, AttributeError):
-                    raise InputError(f"covariate {name!r} is not recorded for specimen {i}") from None
-    return {name: rows.spread_out(f"covariate {name!r}", v, len(specimens)) for name, v in out.items()}

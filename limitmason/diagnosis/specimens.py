@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from numbers import Integral
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from limitmason.diagnosis.inference.shared_noise import is_circumstance
 from limitmason.errors import InputError
+
+if TYPE_CHECKING:
+    from limitmason.diagnosis.observations import Rows
 
 
 def name_of(specimen: Any) -> str | None:
@@ -63,3 +66,31 @@ def circumstances_of(specimens: Sequence[Any]) -> list[str]:
         return []
     shared = [k for k in (specimens[0] if specimens else ()) if is_circumstance(k) and all(k in s for s in specimens)]
     return [k for k in shared if len({str(s[k]) for s in specimens}) > 1]
+
+
+def covariates_of(
+    given: Iterable[str] | Mapping[str, Sequence[Any]], specimens: Sequence[Any], rows: Rows
+) -> dict[str, list[Any]]:
+    """Values of every covariate per row, from the specimens by name, or as given.
+
+    Parameters
+    ----------
+    given : names of what every specimen records, or columns by name with an entry per specimen or row
+
+    Raises
+    ------
+    InputError
+        For a covariate that a specimen lacks, or a wrong number of values.
+    """
+    if isinstance(given, Mapping):
+        out = {str(k): list(v) for k, v in given.items()}
+    else:
+        out = {}
+        for name in given:
+            out[name] = []
+            for i, s in enumerate(specimens):
+                try:
+                    out[name].append(s[name] if isinstance(s, Mapping) else getattr(s, name))
+                except (KeyError, AttributeError):
+                    raise InputError(f"covariate {name!r} is not recorded for specimen {i}") from None
+    return {name: rows.spread_out(f"covariate {name!r}", v, len(specimens)) for name, v in out.items()}

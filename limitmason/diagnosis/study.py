@@ -274,19 +274,25 @@ class Study(Statement):
         Parameters
         ----------
         causes : the list; None is that of the study
-        sd : relative noise to plan with, in place of what the study states; None is that, or 4 % where it states none
+        sd : relative noise to plan with, in place of what the study states of values compared by their logarithm; None
+            is that, or 4 % where it states none
         """
         return confusable(self.known_design(causes, sd))
 
     def known_design(self, causes: Iterable[Cause] | None = None, sd: float | None = None) -> Design:
         """The design with a known noise.
 
-        The noise is ``sd`` where that is given, else as stated, else 4 %.
+        The noise is ``sd`` where that is given, else as stated, else 4 %. Rows that are not compared by their logarithm
+        keep what is stated of them.
         """
         design = self.design(causes)
         if sd is None and self.noise.kind != "unknown":
             return design
-        return design.with_noise(Noise(sd if sd is not None else ASSUMED_NOISE))
+        noise = Noise(sd if sd is not None else ASSUMED_NOISE)
+        if self.noise.by_row and not self.rows.log.all():
+            of_rows = np.where(self.rows.log, noise.scale(self.n), self.scale)
+            noise = replace(design.noise, sd=tuple(of_rows.tolist()), dof=None)
+        return design.with_noise(noise)
 
     def rehearse(
         self,
@@ -310,8 +316,8 @@ class Study(Statement):
             are judged by; causes hide these instead, whether they are on the list or never were. The share of names
             that are then given stands in every later verdict of this study on that list
         seed : of truths, noise and bootstrap
-        sd : relative noise to draw, in place of what the study states, by which the trials are judged all the same;
-            None is that, or 4 % where it states none
+        sd : relative noise to draw, in place of what the study states of values compared by their logarithm; the trials
+            are judged by what it states all the same. None is that, or 4 % where it states none
         pairs : whether two causes are tried when no single one is left, as ``diagnose`` does; without, no table of a
             pair is made and such trials end as "unexplained"
         rule : thresholds
