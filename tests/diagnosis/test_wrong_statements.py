@@ -8,6 +8,7 @@ from limitmason.diagnosis import Measured, Noise, Observation, binomial_interval
 from limitmason.diagnosis.curves import features, points
 from limitmason.errors import InputError
 
+SPENT = Curve([0.0, 1.0, 2.0, 3.0], [0.0, 5.0, 6.0, -1.0])
 LINE = {"a": Curve([0.0, 1.0, 2.0, 3.0], [0.0, 5.0, 6.0, 4.0])}
 
 
@@ -37,6 +38,10 @@ LINE = {"a": Curve([0.0, 1.0, 2.0, 3.0], [0.0, 5.0, 6.0, 4.0])}
     (lambda: binomial_interval(1, 3, 95), "level must be a share"),
     (lambda: Measured(0.7, 0.03, (0.7, 0.7)), "give sd=0"),
     (lambda: study(data()).diagnose(CAUSES, rule=0.05), "rule must be a Rule"),
+    (lambda: points(LINE, {"a": LINE["a"].in_units("mm", 1e3, "N", 1.0)}, load_error=0.02, displacement_error=0.1),
+     "measured in m, N and predicted in mm, N"),
+    (lambda: points(LINE, {"a": SPENT}, load_error=0.02, displacement_error=0.1), "falls to zero"),
+    (lambda: points({"a": SPENT}, load_error=0.02, displacement_error=0.1), "no positive load at 3 m"),
     (lambda: points(LINE, LINE, load_error=0.02, displacement_error=0.1, count=0), "count must be"),
 ])
 def test_wrong_statements_of_a_study_are_named(call, message):
