@@ -4,7 +4,7 @@ import pytest
 from diagnosis_models import CAUSES, GAIN, data, specimens, study
 
 from limitmason.answers import Curve
-from limitmason.diagnosis import Measured, Noise, Observation, binomial_interval
+from limitmason.diagnosis import Measured, Noise, Observation, binomial_interval, investigate
 from limitmason.diagnosis.curves import features, points
 from limitmason.errors import InputError
 
@@ -37,6 +37,8 @@ LINE = {"a": Curve([0.0, 1.0, 2.0, 3.0], [0.0, 5.0, 6.0, 4.0])}
     (lambda: binomial_interval(5, 3), "got 5 of 3"),
     (lambda: binomial_interval(1, 3, 95), "level must be a share"),
     (lambda: Measured(0.7, 0.03, (0.7, 0.7)), "give sd=0"),
+    (lambda: investigate(study(data(), causes=CAUSES), rehearse=-3), "rehearse must be"),
+    (lambda: investigate(study(data(), causes=CAUSES), missing="5"), "missing must be"),
     (lambda: study(data()).diagnose(CAUSES, rule=0.05), "rule must be a Rule"),
     (lambda: points(LINE, {"a": LINE["a"].in_units("mm", 1e3, "N", 1.0)}, load_error=0.02, displacement_error=0.1),
      "measured in m, N and predicted in mm, N"),
