@@ -1,5 +1,7 @@
 """Statements of a study that are no numbers, or too many, are refused by name."""
 
+import math
+
 import pytest
 from diagnosis_models import CAUSES, GAIN, data, specimens, study
 
@@ -49,3 +51,16 @@ LINE = {"a": Curve([0.0, 1.0, 2.0, 3.0], [0.0, 5.0, 6.0, 4.0])}
 def test_wrong_statements_of_a_study_are_named(call, message):
     with pytest.raises(InputError, match=message):
         call()
+
+
+def test_predictions_are_of_explanations_that_were_fitted():
+    diagnosis = study(data(GAIN, 1.2)).diagnose(CAUSES, pairs=False)
+    assert diagnosis.predicted("gain") == pytest.approx(diagnosis.predicted(["gain"]))
+    with pytest.raises(InputError, match="no explanation 'gian' was fitted; there are .*gain"):
+        diagnosis.predicted(["gian"])
+
+
+def test_replicates_without_end_are_a_known_noise():
+    assert Noise(0.04, math.inf) == Noise(0.04)
+    with pytest.raises(InputError, match="need a standard deviation"):
+        Noise(None, math.inf)
