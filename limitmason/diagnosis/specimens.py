@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from numbers import Integral
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from limitmason.diagnosis.inference.shared_noise import is_circumstance
 from limitmason.errors import InputError
-
-if TYPE_CHECKING:
-    from limitmason.diagnosis.observations import Rows
 
 
 def name_of(specimen: Any) -> str | None:
@@ -69,13 +66,15 @@ def circumstances_of(specimens: Sequence[Any]) -> list[str]:
 
 
 def covariates_of(
-    given: Iterable[str] | Mapping[str, Sequence[Any]], specimens: Sequence[Any], rows: Rows
+    given: Iterable[str] | Mapping[str, Sequence[Any]], specimens: Sequence[Any],
+    spread_out: Callable[[str, Sequence[Any], int], list[Any]],
 ) -> dict[str, list[Any]]:
     """Values of every covariate per row, from the specimens by name, or as given.
 
     Parameters
     ----------
     given : names of what every specimen records, or columns by name with an entry per specimen or row
+    spread_out : makes a column with one entry per row, from its name, the column, and the number of specimens
 
     Raises
     ------
@@ -93,4 +92,4 @@ def covariates_of(
                     out[name].append(s[name] if isinstance(s, Mapping) else getattr(s, name))
                 except (KeyError, AttributeError):
                     raise InputError(f"covariate {name!r} is not recorded for specimen {i}") from None
-    return {name: rows.spread_out(f"covariate {name!r}", v, len(specimens)) for name, v in out.items()}
+    return {name: spread_out(f"covariate {name!r}", v, len(specimens)) for name, v in out.items()}

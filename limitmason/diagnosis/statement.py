@@ -78,7 +78,7 @@ class Statement(ReadOnly):
             raise InputError(f"at least {least} {what} are needed, got {n}")
         nuisance = dict(self.nuisance)
         told = circumstances_of(specimens) if self.covariates is None else self.covariates
-        covariates = covariates_of(told, specimens, rows)
+        covariates = covariates_of(told, specimens, rows.spread_out)
         if unknown := [name for name in self.shared or () if name not in covariates]:
             raise InputError(f"shared names {unknown[0]!r}, which is no covariate; known: {', '.join(covariates)}")
         for name, given in nuisance.items():
