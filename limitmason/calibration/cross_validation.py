@@ -93,13 +93,15 @@ def groups_of(entries: Sequence[Entry], leave_out: str | Mapping[str, str] | Non
     Raises
     ------
     InputError
-        For groups that are none, or one.
+        For groups that are none, or one, and for a group of no test.
     """
     if leave_out is None:
         return None
     if isinstance(leave_out, Mapping):
         if missing := [e.test for e in entries if e.test not in leave_out]:
             raise InputError(f"leave_out names no group for test {missing[0]!r}")
+        if unknown := [t for t in leave_out if t not in {e.test for e in entries}]:
+            raise InputError(f"leave_out names {unknown[0]!r}, which is no test")
         groups = [leave_out[e.test] for e in entries]
         if len(set(groups)) < 2:
             raise InputError("leave_out needs at least two groups")

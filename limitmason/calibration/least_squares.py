@@ -63,7 +63,7 @@ class SearchSettings:
     Raises
     ------
     InputError
-        For less than one start, and less than two steps.
+        For less than one start, less than two steps, and a seed that is no whole number of at least 0.
     """
 
     starts: int = 6
@@ -74,6 +74,7 @@ class SearchSettings:
         """Check the numbers."""
         count("starts", self.starts)
         count("most", self.most, least=2)
+        object.__setattr__(self, "seed", count("seed", self.seed, least=0))
 
 
 class Slopes(NamedTuple):

@@ -18,7 +18,8 @@ from limitmason.calibration.least_squares import SAME, Slopes
 from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.runs import Model, taken
 from limitmason.calibration.simulated import Simulated, numbers_of
-from limitmason.calibration.targets import check_scatters
+from limitmason.calibration.targets import check_candidates, check_scatters
+from limitmason.causes.cause import check_causes
 from limitmason.checks import finite
 from limitmason.diagnosis import Cause, Diagnosis, Measured, Noise, Study
 from limitmason.display.text_table import aligned
@@ -263,8 +264,7 @@ class Fit(ReadOnly):
         InputError
             For no candidates, a scatter outside 0 to 1, and a number that the model does not give, or that is 0.
         """
-        if not candidates:
-            raise InputError("no candidates are given")
+        check_candidates(candidates)
         slopes, deviation = {}, math.sqrt(self.information.variance)
         for name, (model, scatter) in candidates.items():
             given, values, ratio, rows = self._slopes(model)
@@ -329,7 +329,7 @@ class Fit(ReadOnly):
         noise = Noise(tuple(float(s) for s in p.deviation[kept])) if p.known else Noise.unknown()
         study = Study(
             specimens=specimens, simulate=simulate, measured=[e.measured for e in entries], noise=noise,
-            nuisance=nuisance, covariates=("test", "quantity"), levels=LEVELS, causes=tuple(causes), cache=cache,
+            nuisance=nuisance, covariates=("test", "quantity"), levels=LEVELS, causes=check_causes(causes), cache=cache,
             n_jobs=p.runs.workers,
         )
         return study.diagnose(seed=seed, **options)

@@ -104,6 +104,8 @@ class CurveTarget:
             for name in self.features:
                 if name not in self.scatter:
                     raise InputError(f"the scatter of {name!r} is not given")
+            if idle := [name for name in self.scatter if name not in self.features]:
+                raise InputError(f"a scatter is given of {idle[0]!r}, which is not among the features asked for")
         for scatter in (*(self.scatter.values() if isinstance(self.scatter, Mapping) else (self.scatter,)),
                         self.point_scatter):
             _check_scatter(scatter)
@@ -321,6 +323,16 @@ def outputs_of(result: Any) -> Mapping[str, Any]:
     if isinstance(result, Prediction):
         return {"multiplier": result.collapse_multiplier}
     return {"value": result}
+
+
+def check_candidates(candidates: Any) -> None:
+    """Refuse what is no mapping of tests that could be made, a model and scatters each."""
+    if not candidates:
+        raise InputError("no candidates are given")
+    for name, given in candidates.items() if isinstance(candidates, Mapping) else [("", candidates)]:
+        pair = given if isinstance(given, tuple | list) and len(given) == 2 else (None, None)
+        if not callable(pair[0]) or not isinstance(pair[1], Mapping):
+            raise InputError(f"candidates must read {{'test': (model, {{'peak': 0.05}})}}, got {given!r} for {name!r}")
 
 
 def check_scatters(test: str, scatter: Mapping[str, float], given: Sequence[str]) -> None:

@@ -96,7 +96,8 @@ def points(
     Raises
     ------
     InputError
-        For errors that are not positive, a predicted curve that is missing or too short, and one pushed the other way.
+        For errors that are not positive, a predicted curve that is missing, too short or in other units, loads that
+        are not positive, and a curve pushed the other way.
     """
     _check_errors(load_error, displacement_error)
     count = whole("count", count)
@@ -104,9 +105,14 @@ def points(
     def read(curve: Curve, some: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Displacements, loads and relative errors of ``some`` evenly spaced points."""
         x = np.linspace(0.0, curve.displacement.max(), some + 1)[1:]
+        positive = curve.at(x) > 0.0
+        if not positive.all():
+            at = f"{x[int(np.argmin(positive))]:.4g} {curve.displacement_unit}"
+            raise InputError(f"{curve}: no positive load at {at}, where a point is: cut the curve, or ask for fewer")
         # the slope carries an error of the displacement over to the load
         step = _BESIDE * x[0]
-        before, behind = x - step, np.minimum(x + step, x[-1])  # the curve has nothing behind its end
+        # the curve has nothing before its begin and behind its end
+        before, behind = np.maximum(x - step, curve.displacement.min()), np.minimum(x + step, x[-1])
         y, slope = curve.at(x), (curve.at(behind) - curve.at(before)) / (behind - before)
         return x, y, np.hypot(load_error, slope * displacement_error / y)
 
@@ -116,8 +122,13 @@ def points(
     for specimen, curve in measured.items() if predicted is not None else ():
         x, y, scatter = read(curve, count)
         other = None if predicted is None else predicted.get(specimen)
-        if other is None or not np.isfinite(other.at(x)).all():
-            raise InputError(f"the predicted curve of specimen {specimen!r} is missing or ends before the measured")
+        if other is None or not (other.at(x) > 0.0).all():
+            raise InputError(f"the predicted curve of specimen {specimen!r} is missing, ends before the measured, or "
+                             "falls to zero")
+        mine, theirs = (f"{c.displacement_unit}, {c.load_unit}" for c in (curve, other))
+        if mine != theirs:
+            raise InputError(f"the curve of specimen {specimen!r} is measured in {mine} and predicted in {theirs}: "
+                             "use curve.in_units")
         deviations.append(np.log(y / other.at(x)) / scatter)
     effective = effective_points(np.array(deviations)) if len(deviations) >= FEWEST else 1.0
     return [

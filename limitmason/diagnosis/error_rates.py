@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import betaincinv
 
+from limitmason.checks import choice, count, finite
 from limitmason.diagnosis.inference.design import Design, Listed
 from limitmason.diagnosis.inference.grid import Grid
 from limitmason.diagnosis.inference.judge import Judge
@@ -16,6 +17,7 @@ from limitmason.diagnosis.inference.noise import DRAWS, Draws
 from limitmason.diagnosis.inference.verdict import Verdict, VerdictKind
 from limitmason.display.notebook import Displayed
 from limitmason.display.progress import reached, watched
+from limitmason.errors import InputError
 
 OUTCOMES = ("none", "named", "behaves like it", "set with it", "wrong name", "behaves like another", "set without it",
             "two", "unexplained", "scatter")
@@ -25,6 +27,11 @@ _STREAM = 77  # second number of the seed: what is hidden is drawn by other numb
 
 def binomial_interval(k: int, n: int, level: float = 0.95) -> tuple[float, float]:
     """Clopper-Pearson interval of a proportion, k of n, at a level such as 0.95."""
+    k, n = count("k", k, least=0), count("n", n, least=0)
+    if k > n:
+        raise InputError(f"k counts some of n, got {k} of {n}")
+    if not 0.0 <= finite("level", level) < 1.0:
+        raise InputError(f"level must be a share below 1, 0.95 for 95 %, got {level!r}")
     if n == 0:
         return 0.0, 1.0
     tail = 0.5 * (1.0 - level)
@@ -75,8 +82,16 @@ class Rehearsal(Displayed):
         ----------
         outcome : one of ``OUTCOMES``
         hidden : name of the hidden cause; None is all trials with a cause
+
+        Raises
+        ------
+        InputError
+            For another outcome, or a cause that was not hidden.
         """
-        rows = [r for name, r in self.counts.items() if (name == hidden if hidden else name != NULL)]
+        choice("outcome", outcome, OUTCOMES)
+        if hidden is not None:
+            choice("hidden", hidden, tuple(self.counts))
+        rows = [r for name, r in self.counts.items() if (name != NULL if hidden is None else name == hidden)]
         k, n = sum(r.get(outcome, 0) for r in rows), sum(sum(r.values()) for r in rows)
         return Rate(k / n if n else float("nan"), *binomial_interval(k, n))
 
@@ -193,7 +208,9 @@ def rehearse(
             size = low + (high - low) * rng.random()
         inputs = rng.standard_normal(len(chosen.grid.z))  # true inputs, in standard deviations from the measured ones
         expected = chosen.grid.between(position_of(chosen.grid, size, inputs))
-        y = spread * (expected + rng.standard_normal(design.n))
+        # what is seen or not is misread, by what is predicted; all else has normal errors
+        noise = design.noise.about(design.origin + spread * design.scale * expected)
+        y = spread * (expected + noise.errors(rng, 1, design.n)[0])
         verdict = chosen.judge.judge_with_own_noise(y, chances, pairs)
         row = NULL if chosen.cause is None else chosen.cause.name
         counts[row][outcome(verdict, chosen.cause.name if chosen.cause else None)] += 1

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from limitmason.checks import count
 from limitmason.diagnosis.error_rates import Rehearsal
 from limitmason.diagnosis.inference.next_tests import NextTests
 from limitmason.diagnosis.report import Diagnosis
@@ -75,6 +76,8 @@ def investigate(
     missing : blind trials with the true cause missing from the list; their rate then stands in the verdict
     progress : told in a line what is done
     """
+    next_tests, rehearse, missing = (count(name, n, least=0) for name, n in (
+        ("next_tests", next_tests), ("rehearse", rehearse), ("missing", missing)))
     say = progress or (lambda line: None)
     rows: Sequence[Any] = study.specimens
     if isinstance(pool, (str, Path, MeasuredTable)):

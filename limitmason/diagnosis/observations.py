@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -10,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from limitmason.checks import choice, instance, positive
-from limitmason.diagnosis.specimens import name_of
+from limitmason.diagnosis.inference.trends import is_numeric
+from limitmason.diagnosis.specimens import numbers_of
 from limitmason.errors import InputError
 from limitmason.vibration import ModalTest
 
@@ -38,7 +40,8 @@ SIGNED = ("mode", "residual displacement")  # quantities that may be negative: c
 
 
 def _begins(quantity: str, words: Iterable[str]) -> bool:
-    return any(quantity.lower().startswith(word) for word in words)
+    """Whether a quantity begins with one of some words, or its plural: a "sliding load" was not seen."""
+    return re.match(rf"(?:{'|'.join(words)})s?(?![a-z])", quantity.lower()) is not None
 
 
 @dataclass(frozen=True)
@@ -209,18 +212,8 @@ class Rows:
         begun = {o.quantity for o in observed if not np.isnan(o.value)}
         planned = {o.quantity: (str(o.kind), o.link == "log", float(o.compared[1] or 0.0)) for o in observed
                    if begun and o.quantity not in begun and o.scatter is not None}
-        called = [name_of(s) for s in specimens]
-        names = {name: i for i, name in enumerate(called) if name is not None}
         chosen = [o for o in observed if not np.isnan(o.value)] or list(observed)
-        of = []  # place of the specimen of each row
-        for o in chosen:
-            number = names.get(o.specimen, o.specimen)
-            if called.count(o.specimen) > 1:
-                raise InputError(f"{o._called}: {called.count(o.specimen)} specimens are called so: name them apart")
-            if isinstance(number, bool) or not isinstance(number, int) or not 0 <= number < len(specimens):
-                known = ", ".join(names) or "none has a name"
-                raise InputError(f"{o._called}: no such specimen; known: {known}, or 0 to {len(specimens) - 1}")
-            of.append(number)
+        of = numbers_of([(o.specimen, o._called) for o in chosen], specimens)  # place of the specimen of each row
         taken: set[tuple[int, str]] = set()
         for number, o in zip(of, chosen, strict=True):
             if (number, o.quantity) in taken:
@@ -234,7 +227,7 @@ class Rows:
         values = np.array([value for value, _ in pairs])
         # of a value that was not reached: a prediction beyond it is cut at it, and then has no misfit
         cut = any(o.beyond for o in chosen)
-        low, high = (np.array([o.value if o.beyond == b else end for o in chosen])
+        low, high = (np.array([o.value if o.beyond == b and not np.isnan(o.value) else end for o in chosen])
                      for b, end in (("below", -np.inf), ("above", np.inf)))
         return cls(
             of=np.array(of, dtype=int), quantities=tuple(o.quantity for o in chosen),
@@ -268,8 +261,22 @@ class Rows:
         order = {q: i for i, q in enumerate(self.needed)}
         return np.array([order[q] for q in self.quantities], dtype=int)
 
+    @property
+    def noise(self) -> np.ndarray:
+        """Scatter and rate of misreading of every row, 0 where not stated, shape (2, n)."""
+        return np.array([np.zeros(len(self)) if v is None else v for v in (self.scatter, self.misread)], dtype=float)
+
+    def alike(self, other: Rows) -> bool:
+        """Whether both are of the same numbers in one order, so that their predictions are the same."""
+        names = (self.quantities, self.kinds) == (other.quantities, other.kinds)
+        cuts = zip((self.low, self.high), (other.low, other.high), strict=True)
+        return names and np.array_equal(self.of, other.of) and np.array_equal(self.log, other.log) and all(
+            np.array_equal(a, b) if a is not None and b is not None else a is b for a, b in cuts)
+
     def with_values(self, values: Any) -> Rows:
-        """These rows with other values, one per row."""
+        """These rows with other values, one per row; None for those of numbers not measured yet."""
+        if values is None:
+            return replace(self, values=None)
         try:
             out = np.array(values, dtype=float)
         except (TypeError, ValueError):
@@ -283,15 +290,28 @@ class Rows:
         if len(bad):
             where = f"specimen {self.of[bad[0]]}"
             raise InputError(f"measured values must be positive and finite; {where} has {out[bad[0]]:g}")
-        return replace(self, values=frozen(out))
+        low, high = (None if cut is None else np.where(np.isfinite(cut), out, cut) for cut in (self.low, self.high))
+        return replace(self, values=frozen(out), low=low, high=high)
 
     def on(self, count: int) -> Rows:
-        """Rows of ``count`` other specimens: all quantities, planned ones too, no values."""
+        """Rows of ``count`` other specimens: all quantities, planned ones too, no values.
+
+        Where a scatter is stated, that of a quantity is its mean over these rows, or as planned.
+        """
         kinds = dict(zip(self.quantities, self.kinds, strict=True)) | {q: k for q, (k, _, _) in self.planned.items()}
         logs = self.needed | {q: log for q, (_, log, _) in self.planned.items()}
+
+        later = [scatter for _, _, scatter in self.planned.values()]
+
+        def spread(stated: Sequence[float] | np.ndarray, planned: Sequence[float]) -> list[float]:
+            """Mean of what is stated of each quantity, and what is planned, for all rows."""
+            return [*(np.asarray(stated)[self.column == k].mean() for k in range(len(self.needed))), *planned] * count
+
         return Rows(
             of=np.repeat(np.arange(count), len(logs)), quantities=tuple(logs) * count,
             kinds=tuple(kinds[q] for q in logs) * count, log=np.tile(np.array(list(logs.values()), dtype=bool), count),
+            scatter=None if self.scatter is None else np.array(spread(self.scatter, later)),
+            misread=None if self.misread is None else tuple(spread(self.misread, [0.0] * len(later))),
         )
 
     def linked(self, values: np.ndarray, rows: np.ndarray | None = None) -> np.ndarray:
@@ -334,12 +354,10 @@ class Rows:
         covariates : one entry per row
         names : what each row's specimen is called
         """
-        out = dict(covariates)
+        out, kinds = dict(covariates), list(dict.fromkeys(self.kinds))
         if not self.several:
             return out
-        kinds = list(dict.fromkeys(self.kinds))
-        out["quantity"] = list(self.quantities)
-        out["specimen"] = list(names)
+        out |= {"quantity": list(self.quantities), "specimen": list(names)}
         for kind in kinds if len(kinds) > 1 else ():
             for name, column in covariates.items():
                 out[f"{name} in {kind}"] = _within([k == kind for k in self.kinds], column)
@@ -349,7 +367,7 @@ class Rows:
 def _within(inside: Sequence[bool], column: Sequence[Any]) -> list[Any]:
     """A column on the rows ``inside``, on others the mean of these, or "-" of labels."""
     numbers = [v for v, i in zip(column, inside, strict=True) if i]
-    if any(isinstance(v, (str, bool)) for v in numbers):
+    if not is_numeric(numbers):
         return [str(v) if i else "-" for v, i in zip(column, inside, strict=True)]
     mean = float(np.mean([float(v) for v in numbers]))
     return [float(v) if i else mean for v, i in zip(column, inside, strict=True)]
@@ -369,31 +387,3 @@ def frozen(values: np.ndarray) -> np.ndarray:
     """An array that cannot be written to."""
     values.flags.writeable = False
     return values
-
-
-def covariates_of(
-    given: Iterable[str] | Mapping[str, Sequence[Any]], specimens: Sequence[Any], rows: Rows
-) -> dict[str, list[Any]]:
-    """Values of every covariate per row, from the specimens by name, or as given.
-
-    Parameters
-    ----------
-    given : names of what every specimen records, or columns by name with an entry per specimen or row
-
-    Raises
-    ------
-    InputError
-        For a covariate that a specimen lacks, or a wrong number of values.
-    """
-    if isinstance(given, Mapping):
-        out = {str(k): list(v) for k, v in given.items()}
-    else:
-        out = {}
-        for name in given:
-            out[name] = []
-            for i, s in enumerate(specimens):
-                try:
-                    out[name].append(s[name] if isinstance(s, Mapping) else getattr(s, name))
-                except (KeyError, AttributeError):
-                    raise InputError(f"covariate {name!r} is not recorded for specimen {i}") from None
-    return {name: rows.spread_out(f"covariate {name!r}", v, len(specimens)) for name, v in out.items()}

@@ -302,11 +302,20 @@ class Findings(Displayed, Citable, ReadOnly):
         return out
 
     def predicted(self, names: Iterable[str] | None = None) -> np.ndarray:
-        """Prediction of every specimen by a kept explanation, or () for the baseline.
+        """Prediction of every specimen by an explanation that was fitted, or () for the baseline.
 
-        The best one is the default.
+        The best one that is kept is the default.
+
+        Raises
+        ------
+        InputError
+            For names of no explanation that was fitted.
         """
+        names = (names,) if isinstance(names, str) else names
         names = (self.kept[0] if self.kept else ()) if names is None else tuple(names)
+        if names and names not in self.verdict.tested:
+            known = "; ".join(" + ".join(n) for n in self.verdict.tested)
+            raise InputError(f"no explanation {' + '.join(map(str, names))!r} was fitted; there are {known}")
         left = self._left(names) if names else self.residuals["baseline"]
         log = np.ones(self.n, bool) if self.design.log is None else self.design.log
         return unlinked(linked(self.measured, log) - left, log)

@@ -4,6 +4,7 @@ import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from math import isfinite, nan
+from numbers import Real
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -223,7 +224,8 @@ class Simulator:
             return number(value, what, must_be_positive)
         self._read(job, value)  # refuses what is missing or no number
         # what is not asked for is kept as well: another study of the same file may ask
-        return {str(q): float(v) for q, v in value.items() if isinstance(v, (int, float)) and isfinite(v)}
+        asked = self._asked(job.specimen)
+        return {str(q): float(v) for q, v in value.items() if q in asked or (isinstance(v, Real) and isfinite(v))}
 
     def on(self, specimens: Sequence[Any], needed: Mapping[str, bool]) -> "Simulator":
         """A simulator of other specimens and quantities that knows those equal to these.

@@ -16,9 +16,9 @@ from limitmason.diagnosis.cause_tables import CauseTables, StudyCache, placing_n
 from limitmason.diagnosis.inference.grid import at_measured
 from limitmason.diagnosis.inference.noise import Measured, Noise
 from limitmason.diagnosis.inference.shared_noise import unstated
-from limitmason.diagnosis.observations import Observation, Rows, covariates_of, unlinked
+from limitmason.diagnosis.observations import Observation, Rows, unlinked
 from limitmason.diagnosis.simulator_calls import Simulator
-from limitmason.diagnosis.specimens import called, circumstances_of
+from limitmason.diagnosis.specimens import called, circumstances_of, covariates_of, recorded
 from limitmason.diagnosis.study_from_folder import folder_arguments
 from limitmason.diagnosis.study_from_table import About, TableStudy
 from limitmason.diagnosis.tabulate import Tabulator
@@ -78,7 +78,7 @@ class Statement(ReadOnly):
             raise InputError(f"at least {least} {what} are needed, got {n}")
         nuisance = dict(self.nuisance)
         told = circumstances_of(specimens) if self.covariates is None else self.covariates
-        covariates = covariates_of(told, specimens, rows)
+        covariates = covariates_of(told, specimens, rows.spread_out)
         if unknown := [name for name in self.shared or () if name not in covariates]:
             raise InputError(f"shared names {unknown[0]!r}, which is no covariate; known: {', '.join(covariates)}")
         for name, given in nuisance.items():
@@ -215,26 +215,51 @@ class Statement(ReadOnly):
         """This study with other arguments.
 
         Tables are kept where only what was measured is stated otherwise: measured values, noise, groups, covariates.
-        Their levels then stay where the noise first stated has put them. Other specimens begin without measured values
+        Their levels then stay where the noise first stated has put them. Observations in another order, or of other
+        quantities, need tables of their own. Other specimens begin without measured values
         and groups, and their covariates are read anew.
         """
         if "specimens" in changes:
-            rows = self.rows.on(len(changes["specimens"]))
+            changes = {**changes, "specimens": tuple(changes["specimens"])}
+            rows = self.rows.on(len(changes["specimens"]))  # with the noise of each quantity, where rows state it
             noise = self.noise.for_others() if self.noise.by_row else self.noise
             changes = {
                 "measured": None, "groups": None, "covariates": tuple(self.covariates), "rows": rows, "noise": noise,
                 **changes,
             }
+        elif "measured" in changes:
+            changes["measured"] = measured = _listed(changes["measured"])
+            rows = rows_of(measured, self.rows, self.specimens)
+            if not rows.alike(self.rows):  # no table is of these numbers
+                told = {"noise": Noise.unknown()} if self.noise.by_row and rows.scatter is None else {}
+                return dataclasses.replace(self, **{**self._by_specimen(), **told, **changes})
+            if not np.array_equal(rows.noise, self.rows.noise):  # designs are in units of it
+                changes = {"noise": self.noise, **changes}
         if not set(changes) <= set(STATEMENTS):
             return dataclasses.replace(self, **changes)
         # designs are in units of the noise and hold the trends along covariates
         if set(changes) & {"noise", "covariates"}:
             return dataclasses.replace(self, **changes, made=StudyCache(self.tables, {}))
         made = self._made
-        # judges leave out groups, and rehearsals go by judges: tables and designs know nothing of them
-        if "groups" in changes:
+        # judges leave out groups, allow for noise shared unstated, and set rehearsals: tables and designs do not
+        if set(changes) & {"groups", "shared"}:
             made = StudyCache(self.tables, made.designs)
         return dataclasses.replace(self, **changes, made=made)
+
+    def _by_specimen(self) -> dict[str, Any]:
+        """Covariates and groups with an entry per specimen, for other numbers of the same specimens."""
+        of = self.rows.of.tolist()
+        first = {number: row for row, number in reversed(list(enumerate(of)))}  # row of each that was measured
+
+        def read(name: str, column: Sequence[Any]) -> list[Any]:
+            """Entries of a column by specimen; of one that no row is of, what it has recorded."""
+            out = [column[first[i]] if i in first else recorded(s, name) for i, s in enumerate(self.specimens)]
+            if None in out or any(out[i] != v for i, v in zip(of, column, strict=True)):
+                raise InputError(f"{name!r} is not known for every specimen: give it with the other measured values")
+            return out
+
+        groups = None if self.groups is None or list(self.groups) == of else read("groups", self.groups)
+        return {"covariates": {k: read(k, v) for k, v in self.covariates.items()}, "groups": groups}
 
     def baseline(self) -> np.ndarray:
         """Prediction of the baseline at the measured inputs, shape (n,)."""
@@ -270,6 +295,11 @@ class Statement(ReadOnly):
         return unstated(self.covariates) if self.shared is None else ()
 
 
+def _listed(measured: Any) -> Any:
+    """Measured values that can be read again."""
+    return list(measured) if isinstance(measured, Iterator) else measured
+
+
 def rows_of(measured: Any, rows: Any, specimens: Sequence[Any]) -> Rows:
     """What is compared: observations, one value per known row, or per specimen.
 
@@ -279,10 +309,9 @@ def rows_of(measured: Any, rows: Any, specimens: Sequence[Any]) -> Rows:
     rows : rows known before, or None
     specimens : what was tested
     """
-    if isinstance(measured, Iterator):
-        measured = list(measured)
+    measured = _listed(measured)
     if measured is not None and len(measured) and all(isinstance(o, Observation) for o in measured):
         return Rows.read(list(measured), specimens)
     if isinstance(rows, Rows):
-        return rows if measured is None or measured is rows.values else rows.with_values(measured)
+        return rows if measured is rows.values else rows.with_values(measured)
     return Rows.plain(len(specimens), measured)

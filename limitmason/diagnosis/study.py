@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.cause import Cause, check_causes
-from limitmason.checks import count
+from limitmason.checks import choice, count, instance
 from limitmason.diagnosis.cause_tables import ASSUMED_NOISE, PoolGrids
 from limitmason.diagnosis.error_rates import Rehearsal, planted, rehearse
 from limitmason.diagnosis.inference.design import Design
@@ -97,7 +97,7 @@ class Study(Statement):
 
         It is kept for each list and rule, with the rehearsal that sets its margins.
         """
-        causes, rule, judges = self._listed(causes), rule or Rule(), self._made.judges
+        causes, rule, judges = self._listed(causes), instance("rule", rule or Rule(), Rule), self._made.judges
         if (causes, rule) not in judges:
             design, folds = self.design(causes), folds_of(self.groups, self.n)
 
@@ -164,7 +164,8 @@ class Study(Statement):
         """
         if self.measured is None:
             raise InputError("the study has no measured values: it can plan (confusable, rehearse), not diagnose")
-        draws, seed = count("draws", draws, least=fewest_draws(rule or Rule())), count("seed", seed, least=0)
+        rule = instance("rule", rule or Rule(), Rule)
+        draws, seed = count("draws", draws, least=fewest_draws(rule)), count("seed", seed, least=0)
         reached(None, "tables")
         asked = self._checked(causes)
         causes = self.tables.computable(asked)
@@ -273,19 +274,25 @@ class Study(Statement):
         Parameters
         ----------
         causes : the list; None is that of the study
-        sd : relative noise to plan with, in place of what the study states; None is that, or 4 % where it states none
+        sd : relative noise to plan with, in place of what the study states of values compared by their logarithm; None
+            is that, or 4 % where it states none
         """
         return confusable(self.known_design(causes, sd))
 
     def known_design(self, causes: Iterable[Cause] | None = None, sd: float | None = None) -> Design:
         """The design with a known noise.
 
-        The noise is ``sd`` where that is given, else as stated, else 4 %.
+        The noise is ``sd`` where that is given, else as stated, else 4 %. Rows that are not compared by their logarithm
+        keep what is stated of them.
         """
         design = self.design(causes)
         if sd is None and self.noise.kind != "unknown":
             return design
-        return design.with_noise(Noise(sd if sd is not None else ASSUMED_NOISE))
+        noise = Noise(sd if sd is not None else ASSUMED_NOISE)
+        if self.noise.by_row and not self.rows.log.all():
+            of_rows = np.where(self.rows.log, noise.scale(self.n), self.scale)
+            noise = replace(design.noise, sd=tuple(of_rows.tolist()), dof=None)
+        return design.with_noise(noise)
 
     def rehearse(
         self,
@@ -309,15 +316,16 @@ class Study(Statement):
             are judged by; causes hide these instead, whether they are on the list or never were. The share of names
             that are then given stands in every later verdict of this study on that list
         seed : of truths, noise and bootstrap
-        sd : relative noise to draw, in place of what the study states, by which the trials are judged all the same;
-            None is that, or 4 % where it states none
+        sd : relative noise to draw, in place of what the study states of values compared by their logarithm; the trials
+            are judged by what it states all the same. None is that, or 4 % where it states none
         pairs : whether two causes are tried when no single one is left, as ``diagnose`` does; without, no table of a
             pair is made and such trials end as "unexplained"
         rule : thresholds
         progress : told after each trial in a line what was hidden and what was found
         """
         n = count("n", n, least=0)
-        causes, rule = self._listed(causes), replace(rule or Rule(), screen=True)  # no p of a hopeless cause is wanted
+        causes, rule = self._listed(causes), instance("rule", rule or Rule(), Rule)
+        rule = replace(rule, screen=True)  # no p of a hopeless cause is wanted
         if hide is None:
             known = self.known_design(causes, sd)
             judge = self.judge(causes, rule)
@@ -365,6 +373,11 @@ class Study(Statement):
         k : number of tests
         costs : cost of a test by quantity
         """
-        design = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None)
+        if costs is not None:
+            if not isinstance(costs, Mapping):
+                raise InputError(f"costs must read {{'peak': 3.0}}, a cost for each quantity, got {costs!r}")
+            for quantity in costs:
+                choice("a quantity of costs", quantity, (*self.rows.needed, *self.rows.planned))
+        design, pool = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None), list(pool)
         there = PoolGrids(self.tables, pool, self.noise, causes, design.scale)
         return suggest(design, there, pool, k, diagnosis, self.about.costs if costs is None else costs)

@@ -108,7 +108,7 @@ def folder_arguments(
         "nuisance": dict(inputs or {}),
         "covariates": list(kept if covariates is None else covariates),
         "shared": shared,
-        "levels": levels or LEVELS[isinstance(model, PredictedRows)],
+        "levels": LEVELS[isinstance(model, PredictedRows)] if levels is None else levels,
         "version": version_of(model),
         "causes": tuple(_readings(specimens) if causes is None else causes),
         "about": About(

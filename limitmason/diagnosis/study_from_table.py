@@ -100,7 +100,7 @@ class TableStudy:
     noise: Noise | float | str | None = None
     dof: float | None = None
     inputs: Mapping[str, Measured] = field(default_factory=dict)
-    causes: Iterable[Cause] | Iterable[str] | None = None
+    causes: Cause | Iterable[Cause] | Iterable[str] | None = None
     tilting: bool = False
     spatial: bool = False
     title: str | None = None
@@ -110,6 +110,7 @@ class TableStudy:
     def arguments(self) -> dict[str, Any]:
         """Arguments of ``Study`` that the table and the keywords state."""
         simulate, tabulated = self.simulate, self.tabulated
+        self._refuse_unused()
         if self.inputs and tabulated:
             raise InputError("a measured input needs a model that takes it: predictions in a column are fixed")
         if self.towards and not tabulated:
@@ -126,7 +127,7 @@ class TableStudy:
             "covariates": self.kept,
             "groups": self.groups,
             "shared": self.shared,
-            "levels": self.levels or LEVELS[tabulated],
+            "levels": LEVELS[tabulated] if self.levels is None else self.levels,
             "version": version_of(simulate),
             "causes": (*self._chosen(), *(_towards(c) for c in self.towards)),
             "about": About(
@@ -134,6 +135,17 @@ class TableStudy:
                 notes=self._notes(), references=(*data_behind({"source": self.series}), *papers),
             ),
         }
+
+    def _refuse_unused(self) -> None:
+        """Refuse what this kind of model does not use."""
+        own = self.model is not None and self.series is None
+        if own and self.predicted is not None:
+            raise InputError("predicted names a column of predictions, and the model is a function, which predicts "
+                             "itself: leave one of them out")
+        unused = {"method": self.method != "limit", "settings": bool(self.settings), "spatial": self.spatial}
+        if (own or self.tabulated) and (idle := [name for name, given in unused.items() if given]):
+            what = "a function as the model" if own else "predictions in a column"
+            raise InputError(f"{idle[0]} is of a packaged series whose walls are computed, not of {what}: leave it out")
 
     # ---- what the table holds ------------------------------------------------------------------------------------
 
@@ -214,7 +226,8 @@ class TableStudy:
         roles = (r for r in ROLES if r != "direction")
         used = {self.measured, self.group, self.simulate.column if self.tabulated else None, *self.towards, *roles}
         columns = self.data.columns.items()
-        return list(self.covariates or (c for c, v in columns if c not in used and len(set(v)) > 1))
+        left = (c for c, v in columns if c not in used and len(set(v)) > 1)
+        return list(left if self.covariates is None else self.covariates)
 
     @cached_property
     def groups(self) -> list[Any] | None:
@@ -262,7 +275,7 @@ class TableStudy:
             return Noise.from_replicates(self.values, self.groups)
         if isinstance(stated, str):
             raise InputError(f"noise must be a number such as 0.04, 'unknown' or 'replicates', got {stated!r}")
-        return Noise(float(stated), dof)
+        return Noise(stated, dof)
 
     # ---- causes --------------------------------------------------------------------------------------------------
 
@@ -289,7 +302,7 @@ class TableStudy:
     def _outside(self, tilting: bool) -> list[Cause]:
         """Causes in the measurement, which act on the predicted value."""
         rig = causes.rig_friction((0.0, OFF_RIG * float(np.median(self.values))), unit=self.unit)
-        columns = self.batches or [b for b in BATCHES if b in self.data.columns]
+        columns = [b for b in BATCHES if b in self.data.columns] if self.batches is None else self.batches
         shifts = [causes.batch_shift(covariate=c, label=v) for c in columns for v in self._labels(c)]
         return [causes.gain(), rig] + ([causes.angle_offset()] if tilting else []) + shifts
 
@@ -299,7 +312,7 @@ class TableStudy:
         ``plane`` is whether its walls work in one plane, so that causes out of it are left out.
         """
         outside = self._outside(self.tilting)
-        columns = [c for c in self.batches or self.data.columns if c in DELIVERED]
+        columns = [c for c in (self.data.columns if self.batches is None else self.batches) if c in DELIVERED]
         overload = overloaded(str(self.inside), self.data.rows)
         for column, label in ((c, v) for c in columns for v in self._labels(c)):
             outside += causes.delivered(label, column, plane=plane, overload=overload)
@@ -324,7 +337,7 @@ class TableStudy:
         known = self._offered()
         if self.causes is None:
             return known
-        chosen: list[Any] = list(self.causes)
+        chosen: list[Any] = [self.causes] if isinstance(self.causes, str | Cause) else list(self.causes)
         if not all(isinstance(c, str) for c in chosen):
             if bad := next((c for c in chosen if not isinstance(c, Cause)), None):
                 raise InputError(f"a list of Cause is needed, it holds {bad!r}")

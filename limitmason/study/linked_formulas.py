@@ -44,6 +44,8 @@ class LinkedFormulas:
 
     def __init__(self, formulas: Mapping[str, str]) -> None:
         """Parse the formulas, and find an order in which each needs only those before it."""
+        if not isinstance(formulas, Mapping):
+            raise InputError(f"ties must read {{'shear_stiffness': 'normal_stiffness / 2'}}, got {formulas!r}")
         self.formulas = dict(formulas)
         self._trees = {name: _parsed(name, text) for name, text in self.formulas.items()}
         needs = {name: self.direct(name) for name in self._trees}

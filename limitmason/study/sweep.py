@@ -71,11 +71,14 @@ def sweep(
     Raises
     ------
     InputError
-        For no points, points with different names, a result with the name of a parameter, a store of another study.
+        For no points, points with different names, a result with the name of a parameter, a store of another study,
+        and ``enough`` without ``batch``.
     Exception
         What ``function`` raises; the rows finished before are in the store.
     """
     points = _points(parameters)
+    if enough is not None and batch is None:
+        raise InputError("enough is asked after every batch of points: give batch= too, 1 to ask after each")
     study = key or ("sweep", function, points)
     memo = Memo(store, "" if store is None else study if isinstance(study, str) else fingerprint(*study), kind=dict)
     rows = {k: memo[k] for k in range(len(points)) if k in memo}  # by number of the point

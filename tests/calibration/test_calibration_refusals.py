@@ -26,6 +26,9 @@ from limitmason.calibration import CurveTarget, JointModel, Parameter, SearchSet
         ({"model": "panel"}, "function of the parameters"),
         ({"search": 3}, "search must be .*SearchSettings"),
         ({"level": "95"}, "level"),
+        ({"ties": "y = x"}, "ties must read"),
+        ({"targets": {"A": {"a": (6.3, 0.05)}, "B": {"b": (1.4, 0.1)}}, "leave_out": {"A": "g", "B": "h", "C": "g"}},
+         "names 'C', which is no test"),
     ],
 )
 def test_wrong_input_is_named(changes, message):
@@ -104,6 +107,9 @@ def test_a_fit_asks_another_model_for_numbers_and_scatters_that_tell_something()
                              ({"q": 0.1}, "gives no 'q'")):
         with pytest.raises(lm.errors.InputError, match=message):
             fit.next_test({"more": (lambda x, y: {"z": x * y}, scatter)})
+    for wrong in ({"more": power_law}, {"more": (power_law, 0.05)}, [("more", (power_law, {"a": 0.05}))]):
+        with pytest.raises(lm.errors.InputError, match="candidates must read"):
+            fit.next_test(wrong)
     with pytest.raises(lm.errors.InputError, match="no finite 'value'"):
         fit.predict(lambda x: math.nan)
 
@@ -118,6 +124,8 @@ CURVE = lm.Curve([0, 1, 2, 3], [0, 5, 6, 4])
         (lambda: Target("tall"), "target must be numbers"),
         (lambda: CurveTarget(None), "curve of a target"),
         (lambda: CurveTarget(CURVE, points=2.5), "whole number"),
+        (lambda: CurveTarget(CURVE, {"peak": 0.05, "aera": 0.1}, features=["peak"]), "'aera', which is not among"),
+        (lambda: SearchSettings(seed=-1), "seed must be"),
         (lambda: CurveTarget(CURVE, 0.05, point_scatter=0.1), "give points="),
     ],
 )

@@ -9,6 +9,7 @@ from diagnosis_models import BATCH, CAUSES, FRICTION, GAIN, ROUNDING, blocks, da
 from scipy.special import chdtrc
 from scipy.stats import multivariate_normal
 
+from limitmason import causes
 from limitmason.diagnosis import Cause, Noise, Rule, Study
 from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.discrepancy import AMPLITUDES, CONSTANT, Discrepancy
@@ -176,17 +177,28 @@ def test_margins_hold_a_name_of_a_twin_back():
         return blocks(s, friction_coefficient=friction_coefficient, rounding=both, slope=slope)
 
     made = Study(specimens(), simulate, data(ROUNDING, 0.012), Noise(0.04), FRICTION, ["height", "width"])
-    causes = (ROUNDING, twin, Cause("slope", "slope", 0.0, (-1.0, 1.0)))
-    missing = made.judge(causes).missing()
+    listed = (ROUNDING, twin, Cause("slope", "slope", 0.0, (-1.0, 1.0)))
+    missing = made.judge(listed).missing()
     assert missing.fitted >= 0.5 * missing.trials
     assert missing.rate <= Rule().missing
     assert missing.power["edge rounding"] < 0.1
     none, given = Rule(margin=0.0, missing=1.0, each=1.0), []
     for own in ((), ("width",)):  # with one kind of data a name needs a dose along a measured column of its own
-        dosed = tuple(dataclasses.replace(c, own=own) for c in causes)
+        dosed = tuple(dataclasses.replace(c, own=own) for c in listed)
         given.append(made.judge(dosed, none).missing().rate)
     assert given[0] == 0.0
     assert given[1] > 0.3
+
+
+@pytest.mark.parametrize("names", [("A", "B"), (1, 2)])
+def test_a_batch_that_is_called_by_a_number_is_no_dose(names):
+    stacks = [{**s, "batch": names["AB".index(s["batch"])]} for s in specimens()]
+    gain = np.array([1.25 if s["batch"] == names[1] else 1.0 for s in stacks])
+    made = Study(stacks, blocks, data(seed=1, sd=0.03) * gain, Noise(0.03), FRICTION, ["height", "width", "batch"])
+    shift = causes.batch_shift(label=names[1])
+    diagnosis = made.diagnose((ROUNDING, GAIN, shift))
+    assert (diagnosis.kind, diagnosis.causes) == ("behaves like", (shift.name,))
+    assert diagnosis.identification.missing == ("kinds",)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.6])

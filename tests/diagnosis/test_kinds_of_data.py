@@ -108,6 +108,17 @@ def test_a_curve_is_compared_by_features_or_by_points_that_are_not_each_a_witnes
         curves.points(shaken, short, load_error=0.05, displacement_error=1e-6)
 
 
+def test_a_curve_that_begins_late_has_the_error_of_its_own_slope():
+    late = lm.Curve([1.0, 2.0, 3.0], [5.0, 6.0, 4.0])
+    rows, _ = curves.points({"a": late}, load_error=0.02, displacement_error=0.01)
+    assert [r.value for r in rows] == [4.0]
+    rows, _ = curves.points(dict.fromkeys("abcd", late), dict.fromkeys("abcd", late), load_error=0.02,
+                            displacement_error=0.01, count=3)
+    first = rows[0]  # at 1 m the slope is that behind it, of 1 N/m
+    assert (first.quantity, first.value) == ("load at 1", 5.0)
+    assert first.scatter == pytest.approx(np.hypot(0.02, 1.0 * 0.01 / 5.0))
+
+
 @pytest.mark.slow
 def test_histories_are_a_kind_of_data_peak_rotation_of_a_pulse_and_overturned_or_not():
     b, h, push = 0.4, 1.6, 0.2

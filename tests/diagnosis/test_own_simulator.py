@@ -161,6 +161,23 @@ def test_a_file_that_is_called_as_another_module_is_not_taken_for_it(tmp_path, m
     assert [load_object(f"{f}:median", "--simulate")(None) for f in (other, own, other)] == [2.0, 1.0, 2.0]
 
 
+def test_a_table_takes_empty_lists_at_their_word_and_refuses_what_its_model_does_not_use(tmp_path):
+    path = tmp_path / "data.csv"
+    path.write_text("specimen,measured,predicted,batch,x\n-,-,-,-,m\n"
+                    "a,1.2,1.0,1,0.2\nb,1.5,1.1,2,0.5\nc,1.7,1.2,1,0.7\nd,1.9,1.4,2,0.9\n")
+    made = Study.from_table(path, covariates=(), batches=(), causes="gain")
+    assert (list(made.covariates), [c.name for c in made.causes]) == ([], ["gain"])
+    assert not any(c.name.startswith("shift") for c in Study.from_table(path, batches=()).causes)
+    for stated, message in (
+        ({"levels": 0}, "levels must be"), ({"method": "dem"}, "^method is of a packaged series"),
+        ({"settings": {"grid": 2}}, "^settings is of"), ({"spatial": True}, "^spatial is of"),
+        ({"model": len, "predicted": "predicted", "causes": [BEND]}, "leave one of them out"),
+        ({"model": len, "method": "dem", "causes": [BEND]}, "not of a function as the model"),
+    ):
+        with pytest.raises(InputError, match=message):
+            Study.from_table(path, **stated)
+
+
 def test_a_noise_to_plan_with_goes_before_the_one_that_is_stated():
     def bent(specimen, *, bend=0.0):
         return 1.0 + specimen["x"] * bend

@@ -246,6 +246,7 @@ def test_a_study_takes_an_iterator_for_every_method_it_runs():
     (lambda: study.Stop("multiplier", mean="1"), "mean must be a number"),
     (lambda: study.running(study.sweep(square, {"x": [1, 2]}), "y"), "no column 'y'"),
     (lambda: study.sweep(square, {"x": [1]}, batch=1.5, enough=lambda _: False), "batch must be a whole number"),
+    (lambda: study.sweep(square, {"x": [1]}, enough=lambda _: True), "give batch="),
     (lambda: study.sweep(square, [1]), "a list of points"),
     (lambda: scaled_unit((1, 1, 1), 1.0, "height"), "vary"),
     (lambda: study.block_size_study({**BRICKS, "unit": (0.2, 0.1)}), r"unit must be \(length, height, thickness\)"),

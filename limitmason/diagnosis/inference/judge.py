@@ -29,6 +29,7 @@ ROUNDS = 6  # of renewed tables of pairs
 PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as much as noise alone
 LEVER = 2.0  # log-likelihood by which a name must beat every listed lever with another dependence
 CLOSE = 1e-6  # log-likelihood that rounding may be
+UNFELT = 1e-6  # of the largest effect at a value of a column: less is rounding
 ODDS = 3.0  # the same over a drift in an order that is not recorded: 20 to 1
 
 Renewed = Callable[[Design, Verdict], bool]
@@ -97,16 +98,27 @@ class Judge:
         rivals = self.rivals(sd)
         _, beyond, asked = self._nearest_lever(rivals, names, effect, loglik, y)
         slope, error = dose_of(rivals.of(names), rivals.slopes, effect, y, sd)
-        return beyond >= asked and dosed(slope, error) and self._by_kinds(names, kinds)
+        return beyond >= asked and dosed(slope, error) and self._by_kinds(names, effect, kinds)
 
-    def _by_kinds(self, names: Names, kinds: Sequence[Evidence]) -> bool:
+    def _by_kinds(self, names: Names, effect: np.ndarray, kinds: Sequence[Evidence]) -> bool:
         """Whether two kinds of data show one size of a cause, or its dose along a column.
 
         Two kinds of one specimen are no evidence: what is peculiar to it may change both alike.
         """
-        doses = any(c in self.design.numeric for c in self.design.own(names))
+        doses = any(c in self.design.numeric and self._grows(effect, c) for c in self.design.own(names))
         one_size = agree(kinds) and not self.design.alone
         return len(names) == 1 and (one_size or (doses and not any(k.absent for k in kinds)))
+
+    def _grows(self, effect: np.ndarray, column: str) -> bool:
+        """Whether an effect acts at two values of a column of numbers or more, not alike.
+
+        A batch that is called 2 is no dose.
+        """
+        size = np.abs(self.design.apart(effect) * self.design.scale)
+        values = np.asarray(self.design.columns[column], dtype=float)
+        means = np.array([size[values == v].mean() for v in np.unique(values)])
+        felt = means[means > UNFELT * means.max()]
+        return len(felt) > 1 and bool(np.ptp(felt) > UNFELT * means.max())
 
     def _nearest_lever(
         self, rivals: Rivals, names: Names, effect: np.ndarray, loglik: float, data: np.ndarray
@@ -310,7 +322,7 @@ class Judge:
             "usual": against.p >= self.rule.usual,
             "left out": unseen.holds,
             "rival levers": beyond >= lever_margin,
-            "kinds": self._by_kinds(names, kinds),
+            "kinds": self._by_kinds(names, effect, kinds),
         }
         return Identification(
             names=names, missing=tuple(name for name in CONDITIONS if not holds[name]),

@@ -57,7 +57,6 @@ class Likelihood:
         penalty : sum of squares of the nuisance data
         count : number of values in ``loss``
         replicate : redrawn variance of the replicates in stated units
-        spent : number of fitted parameters
         """
         if self.kind == "known":
             return -0.5 * (loss + penalty)
@@ -85,6 +84,7 @@ class Likelihood:
         loss : sum of squares of the data, any shape
         count : number of values in it
         replicate : redrawn variance of the replicates in stated units
+        spent : number of fitted parameters
         """
         if self.kind == "known":
             return np.ones_like(np.asarray(loss, dtype=float))

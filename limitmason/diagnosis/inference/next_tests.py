@@ -9,11 +9,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
+from limitmason.checks import choice
 from limitmason.diagnosis.inference.design import Design, Listed, Names
 from limitmason.diagnosis.inference.fit import fits
 from limitmason.diagnosis.inference.grid import Grid, at_measured
 from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.display.notebook import Displayed
+from limitmason.errors import InputError
 
 KNOWN = Likelihood()
 CLEAR = 25.0  # d2 at which a cause is named in 98 of 100 data sets
@@ -65,7 +67,16 @@ class Confusable(Displayed):
         return tuple(n for n in self.names if self.seen[n] < SEEN)
 
     def nearest(self, name: str) -> tuple[str, float]:
-        """Nearest rival of a cause and its d2."""
+        """Nearest rival of a cause and its d2.
+
+        Raises
+        ------
+        InputError
+            For a cause that is not on the list, or is alone on it.
+        """
+        choice("name", name, self.names)
+        if len(self.names) < 2:
+            raise InputError(f"{name!r} is alone on the list and has no rival: give a list of two causes or more")
         row = self.d2[self.names.index(name)]
         best = int(np.argmin(np.where(np.arange(len(row)) == self.names.index(name), np.inf, row)))
         return self.names[best], float(row[best])

@@ -50,6 +50,8 @@ class Measured:
             raise InputError(f"bounds of a measured input are a lowest and a highest value, got {self.bounds!r}")
         if not self.bounds[0] <= self.value <= self.bounds[1]:
             raise InputError(f"a measured input must lie within its bounds, got {self}")
+        if self.sd > 0.0 and self.bounds[0] == self.bounds[1]:
+            raise InputError(f"bounds that leave one value leave no error: give sd=0, got {self}")
 
     def at(self, z: float) -> float:
         """The input ``z`` standard deviations above its measured value."""
@@ -67,7 +69,7 @@ class Noise:
     Parameters
     ----------
     sd : relative standard deviation (0.04 is 4 %), one number or one per specimen; None when unknown
-    dof : degrees of freedom of the replicates that ``sd`` was estimated from; None takes ``sd`` as known
+    dof : degrees of freedom of the replicates that ``sd`` was estimated from; None, or infinity, takes it as known
     by_row : whether ``sd`` is that of every row on its own scale, relative or in the unit of the value
     misread : of rows that say yes or no (1 or 0), the rate of misreading, negative where 1 is predicted; 0 of measured
         rows
@@ -98,6 +100,8 @@ class Noise:
             object.__setattr__(self, "sd", float(sd) if sd.ndim == 0 else tuple(float(s) for s in sd))
         if self.dof is not None:
             law_number("degrees of freedom of the noise", self.dof, endless=True)
+            if self.dof == inf and self.sd is not None:  # of so many replicates it is known
+                object.__setattr__(self, "dof", None)
         if self.dof is not None and (self.sd is None or not self.dof >= 1):
             raise InputError("degrees of freedom need a standard deviation from replicates and must be at least 1")
 
