@@ -45,7 +45,12 @@ from limitmason.capacity.path_warnings import (
     stiffness_warnings,
 )
 from limitmason.capacity.point_law import ElastoplasticLaw
-from limitmason.capacity.refusals import refuse, refuse_partial_rotations, refuse_with_initial
+from limitmason.capacity.refusals import (
+    refuse,
+    refuse_other_classes,
+    refuse_partial_rotations,
+    refuse_with_initial,
+)
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.slip_softening import softening_by_plastic_slip
 from limitmason.capacity.start import begin
@@ -182,6 +187,7 @@ def pushover(
     begun, say = time.perf_counter(), progress or (lambda _: None)
     # what is refused first; then the model as it is followed, its points and springs, its equations, and the path
     refuse(assembly)
+    refuse_other_classes(steps, start, initial)
     deforming = blocks in (SIMPLY_DEFORMABLE, RITZ)
     anew = finds_contacts_anew(assembly, blocks, contacts)
     if blocks == LUMPED:

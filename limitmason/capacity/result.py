@@ -111,6 +111,8 @@ class PushoverCurve(Curve):
     def as_force(self) -> Curve:
         """This curve with the resultant of its live loads instead of their multiplier [N].
 
+        Loads on held degrees of freedom do not count.
+
         Raises
         ------
         InputError
@@ -118,9 +120,11 @@ class PushoverCurve(Curve):
         """
         if self.load_unit != "-":
             return self
-        resultant = float(np.linalg.norm(self.structure.loads.live[:, :3].sum(axis=0)))
+        # what acts on held freedoms goes straight to the support
+        force = self.structure.loads.live[:, :3] * ~self.structure.assembly.held[:, :3]
+        resultant = float(np.linalg.norm(force.sum(axis=0)))
         # the rounding of forces that cancel
-        if resultant <= 1e-9 * float(np.abs(self.structure.loads.live[:, :3]).sum()):
+        if resultant <= 1e-9 * float(np.abs(force).sum()):
             raise InputError("the live loads of this curve have no resultant: draw its multiplier alone")
         return replace(self, load=resultant * self.load, load_unit="N", unit=resultant)
 

@@ -230,11 +230,18 @@ class Drive(Stage):
         Parameters
         ----------
         assembly : of n blocks, of which the drive names some
+
+        Raises
+        ------
+        InputError
+            For an unknown block or degree of freedom, a block that is named twice, and a drive that moves nothing.
         """
         travel = np.zeros((assembly.n_blocks, 6))
         held = np.zeros((assembly.n_blocks, 6), dtype=bool)
         for block, moves in self.displacement.items():
             i = assembly.block_index(block)
+            if held[i].any():
+                raise InputError(f"a Drive names block {assembly.blocks[i].name!r} twice: put its moves together")
             for name, value in moves.items():
                 if name not in DEGREES_OF_FREEDOM:
                     raise InputError(f"drive of block {block!r}: unknown degree of freedom {name!r}")
