@@ -242,10 +242,9 @@ def pushover(
     if initial is None and named.any():
         warnings += _point_warnings(generations, nodes, contact_model, standard=contact_model is None and grid is None)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
-    if moving is not None:
-        return certified_curve(generations, nodes, origin, status, warnings, unit=ratio)
     _, toward = senses(begins, end, ratio)
-    return certified_curve(generations, nodes, origin, status, warnings, unit=None, toward=toward)
+    unit = None if moving is None else ratio
+    return certified_curve(generations, nodes, origin, status, warnings, unit=unit, toward=toward)
 
 
 whole_pushover = handed_on()(pushover)

@@ -27,6 +27,9 @@ from limitmason.mechanics.resultants import resultants_from_points, scaled_mecha
 from limitmason.vibration.blocks import block_system, state_stiffness
 from limitmason.vibration.system import VibratingSystem
 
+_NO_LOAD = 1e-9
+"""Load over the largest one below which it is rounding [-]."""
+
 
 class Break(NamedTuple):
     """Joints that lose their strength at once.
@@ -94,11 +97,12 @@ class PushoverCurve(Curve):
 
     @property
     def _sense(self) -> float:
-        """Sign of the loads of which the peak is taken: that of the push, if it came to such a load, else 1.
+        """Sign of the loads of which the peak is taken: that of the push, if it came to such a load, else the other.
 
-        A way back may end before the load has changed its sign.
+        A way back may end before the load has changed its sign, and a support that yields is pushed less and less.
         """
-        return self.toward if (self.toward * self.load).max() > 0.0 else 1.0
+        came = (self.toward * self.load).max() > _NO_LOAD * np.abs(self.load).max()
+        return self.toward if came else -self.toward
 
     @property
     def multiplier(self) -> Array:

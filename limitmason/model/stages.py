@@ -102,12 +102,13 @@ class Stage:
 
 @dataclass(frozen=True)
 class Settle(Stage):
-    """Hold the loads until force and moment are small in four checks in a row.
+    """Hold the loads until force and moment are small in four samples in a row.
 
     Parameters
     ----------
     tolerance : largest unbalanced force and moment over every block's own load [-]
-    max_steps : the stage ends there in any case; the history then says "not settled"
+    max_steps : the stage ends there in any case; the history then says "not settled", as it does where fewer than four
+        samples lie in them
     gently : steps over which the loads come on evenly, in the first stage of a structure without load. At once they
         overshoot, by twice their elastic settlement undamped, and joints slide that would stick; how far hangs on the
         way, and on its direction against the block's joints: 24 of 60 small structures came to rest 2 to 31 %
