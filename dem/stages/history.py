@@ -317,7 +317,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
 
         Every block has one array (v, 3). A sample that was not recorded is refused.
         """
-        if not -len(self.shift) <= sample < len(self.shift):
+        if not (isinstance(sample, int | np.integer) and -len(self.shift) <= sample < len(self.shift)):
             raise InputError(f"the history has samples 0 to {len(self.shift) - 1}, got {sample!r}")
         out = []
         for k, block in enumerate(self.assembly.blocks):

@@ -308,6 +308,6 @@ class PushoverCurve(Curve):
         return SampleStability.STABLE if alone else SampleStability.HELD
 
     def _sample(self, step: int) -> int:
-        if not -len(self) <= step < len(self):
+        if not (isinstance(step, int | np.integer) and -len(self) <= step < len(self)):
             raise InputError(f"the curve has samples 0 to {len(self) - 1}, got {step!r}")
         return range(len(self))[step]

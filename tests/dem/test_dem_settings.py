@@ -81,6 +81,8 @@ def test_samples_and_openings_that_no_history_has_are_refused_by_name():
     assert len(history.corners(-1)) == 2
     with pytest.raises(InputError, match="the history has samples 0 to 0, got 1"):
         history.corners(1)
+    with pytest.raises(InputError, match="samples 0 to 0, got 0.5"):
+        history.corners(0.5)
     with pytest.raises(InputError, match="opening must be positive"):
         history.first_crack(-1e-3)
 

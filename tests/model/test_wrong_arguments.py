@@ -7,6 +7,7 @@ import pytest
 
 import dem
 import limitmason as lm
+from limitmason.capacity import Steps
 from limitmason.diagnosis import Noise
 from limitmason.diagnosis.simulate import several
 from limitmason.errors import InputError
@@ -133,7 +134,7 @@ WRONG = {
     "endless gaps": (lambda _: lm.pushover(W, L, grid=(2, 2), gaps=[np.inf] * 24), "gaps must be .* finite and not"),
     "steps by number": (lambda _: lm.pushover(W, L, steps=100), "steps must be a Steps, got 100"),
     "no steps": (lambda _: lm.pushover(W, L, steps={}), "steps must be a Steps, got dict"),
-    "half a try": (lambda _: lm.capacity.Steps(most=2.5), "steps: most must be a whole number"),
+    "half a try": (lambda _: Steps(most=2.5), "steps: most must be a whole number"),
     "start of numbers": (lambda _: lm.pushover(W, L, start=3), "start must be a PushoverCurve, got 3"),
     "initial of numbers": (lambda _: lm.pushover(W, L, initial=3), "initial must be a Prediction, got 3"),
     "settings by number": (lambda _: dem.collapse(W, L, 0.01), "settings must be a DemSettings, got 0.01"),
@@ -155,6 +156,7 @@ WRONG = {
     "driven twice": (lambda _: dem.push(W, dem.Drive({1: {"x": 1.0}, W.blocks[1].name: {"z": 1.0}}), to=1e-3),
                      "a Drive names block '.*' twice"),
     "two jacks": (lambda _: dem.simulate(W, dem.Hold(3, servo={1: JACK, W.blocks[1].name: JACK})), "has one already"),
+    "resumed number": (lambda _: dem.resume(3, HOLD), "history must be a History, got 3"),
     "damping by number": (lambda _: dem.simulate(W, HOLD, damping=0.5), "damping must be a Damping, got 0.5"),
     "damping of a stage": (lambda _: dem.simulate(W, dem.Hold(3, damping=0.5)), r"stage 0 \(Hold\): damping must be"),
     "steps as text": (lambda _: dem.simulate(W, dem.Hold("3")), r"stage 0 \(Hold\): steps must be a finite number"),
