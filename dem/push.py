@@ -13,6 +13,7 @@ from dem.driving.zoned_structure import ZonedStructure
 from dem.settings import PushSettings
 from dem.stages.resuming import RunStatus, digests, part_file
 from dem.stages.run import Progress
+from limitmason.checks import instance
 from limitmason.deformable.levels import ZONED
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError
@@ -83,7 +84,8 @@ def push(
     as far as the kinetic energy stays small beside the work: ``errors["kinetic"]`` says so at every sample, and the two
     speeds differ where it does not. Large structures are stepped by two threads, see :func:`dem.simulate`.
     """
-    chosen, path = replace(settings or PushSettings(), **options), turning_points(to)
+    usual = PushSettings() if settings is None else instance("settings", settings, PushSettings)
+    chosen, path = replace(usual, **options), turning_points(to)
     made: type[DrivenStructure] = ZonedStructure if chosen.blocks == ZONED else BlockStructure
     structure = made(assembly, drive, loads, chosen)
     # digests of all that a file of a driven run must agree with: those of the structure, which are of model, blocks,

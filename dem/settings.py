@@ -5,7 +5,7 @@ Default damping is in ``dem.default_damping``.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, TypedDict
 
@@ -143,8 +143,11 @@ class DemSettings:
             if getattr(self, name) is not None:
                 positive(name, getattr(self, name))
         _of_classes(self)
-        if isinstance(self.error_budget, str):
-            raise InputError(f"error_budget must be several of {', '.join(CHECKS)}, such as ({self.error_budget!r},)")
+        if isinstance(self.error_budget, str) or not isinstance(self.error_budget, Sequence):
+            raise InputError(
+                f"error_budget must be several of {', '.join(CHECKS)}, such as ({CHECKS[0]!r},), or () for none, got "
+                f"{self.error_budget!r}"
+            )
         for check in self.error_budget:
             choice("a check of error_budget", check, CHECKS)
 
@@ -238,6 +241,10 @@ class PushSettings:
             count("steps", self.steps)
         if self.longest != np.inf:
             positive("longest", self.longest)
+        if self.settle is not None:
+            instance("settle", self.settle, Settle)
+        for name in ("rate_check", "sound"):
+            choice(name, getattr(self, name), (True, False))
         _of_classes(self)
         for name, usual in ((f.name, f.default) for f in fields(self) if f.name in _TAKEN_BY):
             if getattr(self, name) != usual and self.blocks not in _TAKEN_BY[name]:

@@ -71,8 +71,8 @@ class BlockStructure(DrivenStructure):
         loads : dead ones; self weight where None
         chosen : settings of the push
         """
-        self.move = drive = drive if chosen.calm is None else replace(drive, calm=chosen.calm)
         super().__init__(assembly, drive, loads, chosen)
+        self.move = drive = drive if chosen.calm is None else replace(drive, calm=chosen.calm)
         self.assembly = model = with_lumped_units(assembly) if chosen.blocks == LUMPED else assembly
         loads = loads if loads is not None else Loads.weight(model)
         self.loads = loads.scaled(live=0.0)

@@ -66,11 +66,20 @@ def turning_points(to: float | Sequence[float]) -> list[float]:
 
     ``to`` is one or several, each counted from the start.
     """
-    path = [float(v) for v in np.atleast_1d(numbers("to [m]", to))]
+    given = np.atleast_1d(numbers("to [m]", to))
+    path = given.ravel().tolist()
     ends = np.diff([0.0, *path])
-    if not len(path) or not np.isfinite(path).all() or not (np.abs(ends) > 0.0).all():
+    if given.ndim > 1 or not len(path) or not np.isfinite(path).all() or not (np.abs(ends) > 0.0).all():
         raise InputError(f"to must be a displacement [m] or a path of different ones, got {to!r}")
     return path
+
+
+def check_once(drive: Drive, chosen: PushSettings) -> None:
+    """Refuse a damping or calm that stands in the drive and, otherwise, in the settings too."""
+    for name in ("damping", "calm"):
+        one, other = getattr(drive, name), getattr(chosen, name)
+        if one is not None and other is not None and one != other:
+            raise InputError(f"{name} is {one!r} in the drive and {other!r} in the settings: give one of them")
 
 
 def unit_twist(drive: Drive, assembly: Assembly) -> tuple[Array, Flags]:
@@ -139,6 +148,7 @@ class DrivenStructure(ABC):
         """Take what is driven, under dead ``loads`` or self weight where None."""
         self.assembly, self.chosen = assembly, chosen
         self.unit, self.held = unit_twist(drive, assembly)
+        check_once(drive, chosen)
 
     @property
     @abstractmethod

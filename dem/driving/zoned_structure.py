@@ -18,6 +18,7 @@ from dem.model.state import UnstableError
 from dem.model.unbalance import CALM
 from dem.settings import ZONED_STEPS, PushSettings
 from dem.stages.resuming import RunStatus, signature
+from dem.stages.stage_checks import check_stages, servo_holds
 from dem.stages.store import Samples
 from dem.zones import recording, running
 from dem.zones.assemble_zones import make_model
@@ -227,6 +228,8 @@ class ZonedStructure(DrivenStructure):
         for setting in ("calm", "damping"):
             if getattr(drive, setting) is not None:
                 raise InputError(f"zoned blocks take no {setting}: leave it out of the drive")
+        check_stages([drive], loaded=False)
+        servo_holds(drive, assembly)
         given_loads = loads if loads is not None else Loads.weight(assembly)
         dead = given_loads.dead.copy()
         for name, servo in drive.servo.items():

@@ -141,6 +141,9 @@ def losses(assembly: Assembly, laws: Array) -> tuple[str, ...]:
 Grid = tuple[int, int] | float | Mapping[str, tuple[int, int]]
 
 
+VERTICES = "vertices"
+"""Contact model of the corners of every interface alone."""
+
 DEFAULT_POINTS = (4, 8)
 """Contact points along the unit and across the thickness, unless told or joints crush."""
 
@@ -154,7 +157,16 @@ def chosen_points(assembly: Assembly, grid: Grid | None, contact_model: str | No
     ----------
     assembly : whose joints may crush
     grid, contact_model : what is asked for, None for what the joints need
+
+    Raises
+    ------
+    InputError
+        For points that are asked for beside corners alone, which would not use them.
     """
+    if grid is not None and contact_model == VERTICES:
+        raise InputError(
+            f"contact_points={grid!r} are not used by contact_model={contact_model!r}: give contact_model='grid'"
+        )
     crushes = bool(np.isfinite(assembly.arrays.compressive_strength).any())  # infinite where a joint never does
     if contact_model is None:
         contact_model = LOBATTO if grid is None and crushes else "grid"

@@ -9,7 +9,7 @@ import numpy as np
 from dem.contact.near import SMALL, farthest, near_margin
 from dem.default_damping import SEARCHING
 from dem.model.joint_marks import bond_yielded
-from dem.model.joints import chosen_points, losses
+from dem.model.joints import VERTICES, chosen_points, losses
 from dem.model.pieces import reaches
 from dem.model.rest_or_collapse import EQUILIBRIUM, UNDECIDED
 from dem.model.unbalance import smallest_edge
@@ -18,6 +18,7 @@ from dem.multiplier.search import Controls, Search, increments
 from dem.papers import COLLAPSE
 from dem.settings import EDGES, DemSettings
 from limitmason.answers.results import Bound, BoundKind, ContactModel, Prediction, Status
+from limitmason.checks import instance
 from limitmason.deformable.levels import RIGID
 from limitmason.display.progress import reached, task
 from limitmason.errors import InputError
@@ -81,7 +82,8 @@ def collapse(
     too high where joints are so soft that blocks turn or meet others before they fall, by up to 1.4 % on four walls of
     1e8 Pa/m at psi = phi. The answer says from which displacement; :func:`dem.push` finds contacts anew.
     """
-    chosen = replace(settings or DemSettings(), **options)
+    given = DemSettings() if settings is None else instance("settings", settings, DemSettings)
+    chosen = replace(given, **options)
     with task("DEM, collapse", shown=chosen.progress is None):
         return _collapse(assembly, loads, chosen)
 
@@ -124,7 +126,7 @@ def _collapse(assembly: Assembly, loads: Loads, chosen: DemSettings) -> Predicti
         resultants=found.state.resultants(assembly) if answered else None,
         warnings=tuple(warnings),
         provenance={
-            "contact points": points,
+            "contact points": None if model == VERTICES else points,
             "contact model": model, "contacts": chosen.contacts, "tolerance": controls.tolerance,
             "steps": found.steps, "seconds": time.perf_counter() - begun, "damping": controls.damping,
             "moved limit": controls.moved_limit,

@@ -85,7 +85,8 @@ def unloaded_state(assembly: Assembly, loads: Loads, chosen: DemSettings, check:
 
     Its joints are changed as a check of the error budget asks, "" for none.
     """
-    points, model = chosen_points(assembly, chosen.contact_points, chosen.contact_model)
+    points: Grid | None = chosen.contact_points
+    model = chosen.contact_model
     law = chosen.joint_options or JointOptions()
     if check == "stiffness":
         law = replace(law, stiffness_factor=STIFFER * law.stiffness_factor)
@@ -93,7 +94,7 @@ def unloaded_state(assembly: Assembly, loads: Loads, chosen: DemSettings, check:
         law = replace(law, shear_factor=SHEAR * law.shear_factor)
     elif check == "contact points":
         # on an even lattice twice as fine the edges on which blocks turn are hardly better told
-        points, model = _doubled(points), ContactModel.LOBATTO
+        points, model = _doubled(chosen_points(assembly, points, model)[0]), ContactModel.LOBATTO
     return initial_state(
         assembly, loads, contact_points=points, contact_model=model, joint_options=law, mode=QUASI_STATIC,
         blocks=chosen.blocks, stress=chosen.stress,

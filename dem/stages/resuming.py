@@ -22,7 +22,7 @@ from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.fingerprint import check_same_loads
 from limitmason.model.stages import Stage
-from limitmason.storage.files import Archive, as_json, of_json, read_archive
+from limitmason.storage.files import Archive, as_json, named_path, of_json, read_archive
 from limitmason.storage.interrupts import ends_early
 
 
@@ -61,6 +61,7 @@ class Position:
     servo : vertical give [m/N] and summed lack [N] of every servo, which writes its own row, shape (s, 2)
     energy : sums of energy that the run began with, for the guard against explosions, shape (8,)
     waited : steps in a row, about, for which a drive has stood still for calm
+    ended : whether the stage has ended, also before its time
     """
 
     stage: int
@@ -77,6 +78,7 @@ class Position:
     watch: Watch
     energy: Array
     waited: int = 0
+    ended: bool = False
 
     def arrays(self) -> dict[str, Any]:
         """All of it as arrays by name."""
@@ -101,7 +103,7 @@ def part_file(checkpoint: str | Path | None, name: str) -> Path | None:
     """File of part ``name`` of a run beside ``checkpoint``; None where that is."""
     if checkpoint is None:
         return None
-    path = Path(checkpoint)
+    path = named_path(checkpoint)
     return path.with_name(f"{path.stem}-{name}.npz")
 
 

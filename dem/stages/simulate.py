@@ -61,7 +61,7 @@ def simulate(
     start : a history, or a state, to continue from, with its own mode, laws, points and loads; one that differs from
         them is refused by name. From a history stages go on to the bits that one run of all of them gives; at a state,
         which may have been changed by hand, contacts are looked for at once. What was cut off in the middle of a stage
-        goes on with :func:`resume`
+        goes on with :func:`resume`; given here its stage ends, and lets go what it held
     factors : of the load cases at the start; those of ``start``, or dead loads alone
     detect_every : most steps between two searches for new contacts; where blocks move fast there are fewer. Searches
         begin when a sample sees two blocks that have moved by 2.5 % of the smallest block dimension against each other,
@@ -165,6 +165,8 @@ def prepared(
         state = initial_state(assembly, loads, driven=prescribed(assembly, todo), **chosen)
     else:
         state = before.copy()
+        if isinstance(start, History) and start.position is not None:
+            state.bodies.held[:] = start.position.held  # what a stage that was cut off held ends with it
         loads = loads if loads is not None else state.loads
         # of the options of a state mode and joints may be given again if they are the same; any other is refused
         mode, law = chosen.pop("mode", state.mode), chosen.pop("joint_options", None)
@@ -215,6 +217,7 @@ def resume(
     InputError
         When the run was over, for other stages (named), and for an assembly whose joints have changed.
     """
+    instance("history", history, History)
     if history.position is None:
         raise InputError(f"the run is over ({history.status}): give simulate(start=history) further stages")
     return _stepped(taken_up(history, stages), progress=progress, checkpoint=checkpoint, every=checkpoint_every)
@@ -225,7 +228,7 @@ def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:
 
     One that has ended stays so: a history without a position is over, and its status says how.
     """
-    todo = [stages] if isinstance(stages, Stage) else list(stages)
+    todo = [stages] if isinstance(stages, Stage) else list(several("stages", stages, Stage))
     check_same_stages(todo, history.settings.stages)
     state = history.state.copy()
     loads = state.loads

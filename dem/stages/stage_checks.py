@@ -67,7 +67,8 @@ def servo_holds(stage: Stage, assembly: Assembly) -> Flags:
     Raises
     ------
     InputError
-        For a block that the assembly does not have, and where a support or a Drive already prescribes its vertical.
+        For a block that the assembly does not have, or that is named twice, and where a support or a Drive already
+        prescribes its vertical.
     """
     held = np.zeros((assembly.n_blocks, 6), dtype=bool)
     for block, servo in stage.servo.items():
@@ -75,6 +76,8 @@ def servo_holds(stage: Stage, assembly: Assembly) -> Flags:
         driven = isinstance(stage, Drive) and any(
             assembly.block_index(b) == i and "z" in moves for b, moves in stage.displacement.items()
         )
+        if held[i, 2]:
+            raise InputError(f"servo on block {block!r}: it has one already, by its other name; add up their forces")
         if assembly.held[i, 2] or driven:
             raise InputError(f"servo on block {block!r}: its vertical is held or driven already; leave z to the servo")
         held[i, 2] = True

@@ -130,7 +130,7 @@ class StageRun:
             return None
         sampled = rec.add(state, at.stage)
         if self._ends(sampled) or self._remaining() <= 0:
-            self.pause = True
+            self.pause = at.ended = True
             self.over = at.stage + 1 == len(rec.stages)
         return sampled
 
@@ -194,7 +194,7 @@ class StageRun:
         self.calm = stage.calm if isinstance(stage, Drive) else None
         if self.calm is not None and (dynamic or self.steps is None):
             raise InputError("a Drive that waits for calm is for quasi-static runs, its length in steps")
-        self.pause = self._remaining() <= 0
+        self.pause = at.ended or self._remaining() <= 0
         self.over = self.pause and number + 1 == len(rec.stages)
 
     def _prescribe(self, stage: Stage) -> None:

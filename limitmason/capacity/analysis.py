@@ -45,7 +45,12 @@ from limitmason.capacity.path_warnings import (
     stiffness_warnings,
 )
 from limitmason.capacity.point_law import ElastoplasticLaw
-from limitmason.capacity.refusals import refuse, refuse_partial_rotations, refuse_with_initial
+from limitmason.capacity.refusals import (
+    refuse,
+    refuse_other_classes,
+    refuse_partial_rotations,
+    refuse_with_initial,
+)
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.slip_softening import softening_by_plastic_slip
 from limitmason.capacity.start import begin
@@ -182,6 +187,7 @@ def pushover(
     begun, say = time.perf_counter(), progress or (lambda _: None)
     # what is refused first; then the model as it is followed, its points and springs, its equations, and the path
     refuse(assembly)
+    refuse_other_classes(steps, start, initial)
     deforming = blocks in (SIMPLY_DEFORMABLE, RITZ)
     anew = finds_contacts_anew(assembly, blocks, contacts)
     if blocks == LUMPED:
@@ -236,10 +242,9 @@ def pushover(
     if initial is None and named.any():
         warnings += _point_warnings(generations, nodes, contact_model, standard=contact_model is None and grid is None)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
-    if moving is not None:
-        return certified_curve(generations, nodes, origin, status, warnings, unit=ratio)
     _, toward = senses(begins, end, ratio)
-    return certified_curve(generations, nodes, origin, status, warnings, unit=None, toward=toward)
+    unit = None if moving is None else ratio
+    return certified_curve(generations, nodes, origin, status, warnings, unit=unit, toward=toward)
 
 
 whole_pushover = handed_on()(pushover)

@@ -6,6 +6,7 @@ The default, the live load, is that of ``pushover`` in ``analysis``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -34,8 +35,10 @@ def as_one_assembly(assembly: Assembly, loads: Loads, control: Any) -> tuple[Ass
     """
     if isinstance(control, str):
         return assembly, loads, control
-    if len(control) != 2 or control[1] not in _AXES:
-        turns = "; a group that turns: lm.settlement_analysis, or dem.Drive" if not isinstance(control[-1], str) else ""
+    named = isinstance(control, Sequence)
+    if not named or len(control) != 2 or control[1] not in [*_AXES]:
+        turned = named and len(control) == 2 and not isinstance(control[1], str)
+        turns = "; a group that turns: lm.settlement_analysis, or dem.Drive" if turned else ""
         raise InputError(f"control must be 'live' or (block, 'x' or 'y' or 'z'), got {control!r}{turns}")
     group = group_of(assembly, control[0])  # numbers of its blocks, all held where they are several
     control = (assembly.blocks[group[0]].name, control[1])

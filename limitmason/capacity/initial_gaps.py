@@ -15,6 +15,7 @@ from limitmason.capacity.kinematics import moved
 from limitmason.capacity.step_equilibrium import Node
 from limitmason.capacity.step_length import Steps
 from limitmason.capacity.system import System
+from limitmason.checks import numbers
 from limitmason.errors import InputError
 from limitmason.mechanics.contact_points import ContactPoints
 
@@ -35,9 +36,9 @@ def of_gaps(points: ContactPoints, gaps: ArrayLike | None) -> Array | None:
     """
     if gaps is None:
         return None
-    opening = np.asarray(gaps, dtype=float)
-    if not (opening.shape == (points.count,) and (opening >= 0.0).all()):
-        raise InputError(f"gaps must be {points.count} lengths [m] that are not negative, one per contact point")
+    opening = numbers("gaps [m]", gaps)
+    if not (opening.shape == (points.count,) and (opening >= 0.0).all() and np.isfinite(opening).all()):
+        raise InputError(f"gaps must be {points.count} lengths [m], finite and not negative, one per contact point")
     out = np.zeros((points.count, points.components))
     out[:, 0] = opening
     return out

@@ -2,6 +2,10 @@
 
 import numpy as np
 
+from limitmason.answers.results import Prediction
+from limitmason.capacity.result import PushoverCurve
+from limitmason.capacity.step_length import Steps
+from limitmason.checks import instance
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics import law_table
 from limitmason.model.assembly import Assembly
@@ -12,6 +16,14 @@ def refuse(assembly: Assembly) -> None:
     law_table.refuse(law_table.PUSHOVER, assembly)
     if assembly.fixed.all():
         raise InputError("every block is held: there is nothing to push")
+
+
+def refuse_other_classes(steps: object, start: object, initial: object) -> None:
+    """Refuse steps, a start and an initial state that are something else; None is left out."""
+    kinds = {"steps": (steps, Steps), "start": (start, PushoverCurve), "initial": (initial, Prediction)}
+    for name, (value, kind) in kinds.items():
+        if value is not None:
+            instance(name, value, kind)
 
 
 def refuse_with_initial(deforming: bool, not_as_built: bool) -> None:

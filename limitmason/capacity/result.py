@@ -27,6 +27,9 @@ from limitmason.mechanics.resultants import resultants_from_points, scaled_mecha
 from limitmason.vibration.blocks import block_system, state_stiffness
 from limitmason.vibration.system import VibratingSystem
 
+_NO_LOAD = 1e-9
+"""Load over the largest one below which it is rounding [-]."""
+
 
 class Break(NamedTuple):
     """Joints that lose their strength at once.
@@ -94,11 +97,12 @@ class PushoverCurve(Curve):
 
     @property
     def _sense(self) -> float:
-        """Sign of the loads of which the peak is taken: that of the push, if it came to such a load, else 1.
+        """Sign of the loads of which the peak is taken: that of the push, if it came to such a load, else the other.
 
-        A way back may end before the load has changed its sign.
+        A way back may end before the load has changed its sign, and a support that yields is pushed less and less.
         """
-        return self.toward if (self.toward * self.load).max() > 0.0 else 1.0
+        came = (self.toward * self.load).max() > _NO_LOAD * np.abs(self.load).max()
+        return self.toward if came else -self.toward
 
     @property
     def multiplier(self) -> Array:
@@ -111,6 +115,8 @@ class PushoverCurve(Curve):
     def as_force(self) -> Curve:
         """This curve with the resultant of its live loads instead of their multiplier [N].
 
+        Loads on held degrees of freedom do not count.
+
         Raises
         ------
         InputError
@@ -118,9 +124,11 @@ class PushoverCurve(Curve):
         """
         if self.load_unit != "-":
             return self
-        resultant = float(np.linalg.norm(self.structure.loads.live[:, :3].sum(axis=0)))
+        # what acts on held freedoms goes straight to the support
+        force = self.structure.loads.live[:, :3] * ~self.structure.assembly.held[:, :3]
+        resultant = float(np.linalg.norm(force.sum(axis=0)))
         # the rounding of forces that cancel
-        if resultant <= 1e-9 * float(np.abs(self.structure.loads.live[:, :3]).sum()):
+        if resultant <= 1e-9 * float(np.abs(force).sum()):
             raise InputError("the live loads of this curve have no resultant: draw its multiplier alone")
         return replace(self, load=resultant * self.load, load_unit="N", unit=resultant)
 
@@ -300,6 +308,6 @@ class PushoverCurve(Curve):
         return SampleStability.STABLE if alone else SampleStability.HELD
 
     def _sample(self, step: int) -> int:
-        if not -len(self) <= step < len(self):
+        if not (isinstance(step, int | np.integer) and -len(self) <= step < len(self)):
             raise InputError(f"the curve has samples 0 to {len(self) - 1}, got {step!r}")
         return range(len(self))[step]

@@ -12,7 +12,7 @@ from limitmason.capacity.contact_generations import LEAST, Generations
 from limitmason.capacity.kinematics import Pose, contact, motion_between, moved
 from limitmason.capacity.step_equilibrium import Node
 from limitmason.capacity.system import System
-from limitmason.checks import positive
+from limitmason.checks import count, positive
 
 STUCK = 1e-3
 """Slip of the slip that would have been made, below which a point has stuck [-]."""
@@ -71,9 +71,10 @@ class Steps:
     most: int = 1500
 
     def __post_init__(self) -> None:
-        """Refuse what is not positive."""
-        for name in ("first", "largest", "smooth", "peak", "energy", "opening", "sliding", "straight", "most"):
+        """Refuse what is not positive, and tries that are no whole number."""
+        for name in ("first", "largest", "smooth", "peak", "energy", "opening", "sliding", "straight"):
             positive(f"steps: {name}", getattr(self, name))
+        count("steps: most", self.most)
 
 
 def extrapolated(system: System, nodes: list[Node], move: float) -> tuple[Pose, float] | None:

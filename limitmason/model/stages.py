@@ -102,12 +102,13 @@ class Stage:
 
 @dataclass(frozen=True)
 class Settle(Stage):
-    """Hold the loads until force and moment are small in four checks in a row.
+    """Hold the loads until force and moment are small in four samples in a row.
 
     Parameters
     ----------
     tolerance : largest unbalanced force and moment over every block's own load [-]
-    max_steps : the stage ends there in any case; the history then says "not settled"
+    max_steps : the stage ends there in any case; the history then says "not settled", as it does where fewer than four
+        samples lie in them
     gently : steps over which the loads come on evenly, in the first stage of a structure without load. At once they
         overshoot, by twice their elastic settlement undamped, and joints slide that would stick; how far hangs on the
         way, and on its direction against the block's joints: 24 of 60 small structures came to rest 2 to 31 %
@@ -230,11 +231,18 @@ class Drive(Stage):
         Parameters
         ----------
         assembly : of n blocks, of which the drive names some
+
+        Raises
+        ------
+        InputError
+            For an unknown block or degree of freedom, a block that is named twice, and a drive that moves nothing.
         """
         travel = np.zeros((assembly.n_blocks, 6))
         held = np.zeros((assembly.n_blocks, 6), dtype=bool)
         for block, moves in self.displacement.items():
             i = assembly.block_index(block)
+            if held[i].any():
+                raise InputError(f"a Drive names block {assembly.blocks[i].name!r} twice: put its moves together")
             for name, value in moves.items():
                 if name not in DEGREES_OF_FREEDOM:
                     raise InputError(f"drive of block {block!r}: unknown degree of freedom {name!r}")

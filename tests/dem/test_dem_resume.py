@@ -74,6 +74,34 @@ def test_a_run_killed_after_the_last_sample_of_a_stage_goes_on_from_there_to_the
     assert_same(dem.resume(cut, stages()), whole)
 
 
+@pytest.mark.parametrize("ends", [0, 1, 2])
+def test_a_run_cut_by_the_sample_that_ends_a_stage_before_its_time_does_not_go_on_in_it(tmp_path, ends):
+    """It took one sample more: of a Settle at rest, or of a ramp under which a block had moved far enough."""
+    block = stack([(0.4, 1.0)])
+    run = [dem.Settle(), dem.Ramp(to=1.0, steps=4000, stop_when_moved=0.01), dem.Settle(tolerance=1.0)]
+    whole = dem.simulate(block, run, loads=lm.Loads.horizontal(block), sample=100)
+    assert whole["multiplier"][-1] < 1.0
+    last = whole["step"][whole["stage"] <= ends][-1]
+    cut = dem.simulate(
+        block, run, loads=lm.Loads.horizontal(block), sample=100, progress=lambda sample: sample["step"] == last,
+    )
+    assert cut.status == "interrupted"
+    assert_same(dem.resume(cut, run), whole)
+    cut.save(tmp_path / "cut.npz")
+    assert_same(dem.resume(dem.History.load(tmp_path / "cut.npz", block), run), whole)
+
+
+def test_a_run_that_starts_from_one_cut_off_in_a_drive_does_not_hold_what_that_drove():
+    """The block stayed held for good: on a table that tilts beyond its friction it did not slide."""
+    block = stack([(0.4, 0.2)], mu=0.3)
+    drive = [dem.Settle(), dem.Drive({1: {"x": 1e-4}}, steps=400)]
+    cut = dem.simulate(block, drive, sample=50, progress=lambda sample: sample["stage"] == 1)
+    assert cut.status == "interrupted"
+    tilted = dem.simulate(block, dem.Tilt(to_deg=25.0, steps=4000, stop_when_moved=2e-3), start=cut)
+    assert tilted["step"][-1] - cut["step"][-1] < 4000
+    assert tilted.reaction_blocks.tolist() == [0]
+
+
 def falling():
     """A block that topples on a floor: contacts are found and cut anew on the way."""
     solids = [box((-3, -3, -0.1), (3, 3, 0.0)), box((0, 0, 0), (0.2, 0.3, 0.8))]

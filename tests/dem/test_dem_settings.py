@@ -74,3 +74,19 @@ def test_openings_that_were_not_recorded_are_not_asked_for(tmp_path):
     history = dem.simulate(column, dem.Hold(steps=5), store=dem.Store(tmp_path / "run", joints=False))
     with pytest.raises(InputError, match="not recorded"):
         history.first_crack(1e-3)
+
+
+def test_samples_and_openings_that_no_history_has_are_refused_by_name():
+    history = dem.simulate(block()[0], dem.Hold(steps=5))
+    assert len(history.corners(-1)) == 2
+    with pytest.raises(InputError, match="the history has samples 0 to 0, got 1"):
+        history.corners(1)
+    with pytest.raises(InputError, match="samples 0 to 0, got 0.5"):
+        history.corners(0.5)
+    with pytest.raises(InputError, match="opening must be positive"):
+        history.first_crack(-1e-3)
+
+
+def test_corners_alone_are_told_as_such():
+    answer = dem.collapse(*block(), contact_model="vertices", error_budget=(), tolerance=0.05)
+    assert answer.provenance["contact points"] is None

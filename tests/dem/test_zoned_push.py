@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from stacked_bricks import stacked
 
 import dem
 import limitmason as lm
@@ -164,3 +165,11 @@ def test_a_unit_that_is_crushed_and_one_that_is_torn_are_found_at_their_strain_a
             curve.first_unit_crack(wrong)
         with pytest.raises(InputError, match="strain must be positive"):
             curve.first_crushing(wrong)
+
+
+@pytest.mark.parametrize("servo", [{"top": dem.Servo(100.0)}, {"ground": dem.Servo(100.0)}, {"top": 100.0}])
+def test_a_jack_on_what_is_driven_or_held_up_or_that_is_none_is_refused_as_of_other_blocks(servo):
+    """Its force went into what holds the block, and did nothing."""
+    drive = dem.Drive({"top": {"z": -1.0}}, servo=servo)
+    with pytest.raises(InputError, match="its vertical is held or driven already|must be a Servo, got 100.0"):
+        dem.push(stacked(1), drive, to=1e-4, blocks="zoned", zone_size=0.1)

@@ -212,7 +212,7 @@ def test_a_capacity_curve_is_drawn_as_multiplier_or_beside_forces():
     assert alone.axes[0].get_ylabel() == "multiplier λ [-]"
     assert np.allclose(artist(alone, f"curve {curve.label}").get_ydata(), curve.load)
     beside = figures.load_displacement(curve, measured=lm.Curve([0.0, 0.01], [0.0, 500.0], label="test"))
-    weight = float(loads.live[:, 0].sum())
+    weight = float(loads.live[~COLUMN.fixed, 0].sum())
     assert np.allclose(artist(beside, f"curve {curve.label}").get_ydata(), 1e-3 * weight * curve.load)
     force = curve.as_force()
     assert np.allclose(force.multiplier, curve.load)

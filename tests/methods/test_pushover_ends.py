@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from walls import on_slab
+from walls import arch_blocks, on_slab
 
 import limitmason as lm
 from limitmason.capacity import Steps
@@ -61,3 +61,32 @@ def test_a_column_that_could_buckle_says_where_its_straight_path_is_left(points)
     first = int(np.argmin(stands))
     assert f"{(~stands).sum()} of {len(curve)} samples" in said[0]
     assert f"lambda {curve.multiplier[first]:.5g}" in said[0]
+
+
+def test_the_force_of_a_curve_is_that_on_the_blocks_that_move():
+    """A block of 0.4 m x 1 m rocks at 0.4 of its weight; that of the slab, which is held, goes straight to the ground.
+
+    The slab weighs 0.7 of the block here: the force was 1.7 times too large.
+    """
+    block = on_slab([((0, 0, 0), (0.4, 1, 1))], joint=lm.Joint(35.0))
+    force = lm.pushover(block, lm.Loads.horizontal(block), stiffness=1e12).as_force()
+    assert block.weights[0] > 0.5 * block.weights[1]
+    assert force.peak.load == pytest.approx(0.4 * block.weights[1], rel=1e-4)
+    assert force.multiplier.max() == pytest.approx(0.4, rel=1e-4)
+
+
+def test_either_springer_that_moves_has_its_peak_where_its_thrust_is_largest():
+    """Mirrored springers have mirrored curves; the right one, moved inwards against x, had its peak at the begin."""
+    arch = arch_blocks(5.0, 0.9, 11)
+    moved = {
+        (block, to): lm.pushover(arch, lm.Loads.weight(arch), control=(block, "x"), to=to, stiffness=1e9)
+        for block, to in ((0, 0.01), (1, -0.01), (0, -0.01), (1, 0.01))
+    }
+    for left, right, inwards in (((0, 0.01), (1, -0.01), True), ((0, -0.01), (1, 0.01), False)):
+        one, other = moved[left], moved[right]
+        assert np.allclose(other.load, -one.load, rtol=1e-6)
+        assert other.peak.load == pytest.approx(-one.peak.load, rel=1e-6)
+        assert abs(other.peak.load) == pytest.approx(np.abs(other.load).max(), rel=1e-9)
+        # outwards the thrust falls from the begin
+        assert (other.peak.index > 0) == inwards
+        assert (other.first_limit_point is None) == (one.first_limit_point is None) == (not inwards)

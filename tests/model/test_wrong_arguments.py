@@ -7,6 +7,7 @@ import pytest
 
 import dem
 import limitmason as lm
+from limitmason.capacity import Steps
 from limitmason.diagnosis import Noise
 from limitmason.diagnosis.simulate import several
 from limitmason.errors import InputError
@@ -22,6 +23,7 @@ TIE = lm.Tie(1, W.centroids[1], None, (0.0, 0.0, -0.1), yield_force=1.0)
 DRAWN = lm.study.Random(lm.study.uniform(1.0, 2.0))
 ONE = lm.Parameter("x", 1.0, (0.5, 2.0))
 HOLD = dem.Hold(3)
+PLATE, JACK = dem.Drive({1: {"x": 1.0}}), dem.Servo(5e3)
 UNIT = {"unit": (0.4, 0.2, 0.2), "joint": J}
 
 
@@ -126,6 +128,35 @@ WRONG = {
     "force as text": (lambda _: L.with_point_load(W, 1, "5 kN"), "force on block 1 must be numbers, got '5 kN'"),
     "jack as text": (lambda _: L.with_precompression(W, "5 kN", block=1), "precompression force must be a finite"),
     "one opening": (lambda _: lm.build.wall(length=2, courses=4, openings={"x": 1}, **UNIT), "openings must be a list"),
+    "control by number": (lambda _: lm.pushover(W, L, control=1), r"control must be 'live' or \(block, 'x' or"),
+    "control, no axis": (lambda _: lm.pushover(W, L, control=()), "control must be 'live' or"),
+    "gaps as text": (lambda _: lm.pushover(W, L, gaps="none"), r"gaps \[m\] must be numbers, got 'none'"),
+    "endless gaps": (lambda _: lm.pushover(W, L, grid=(2, 2), gaps=[np.inf] * 24), "gaps must be .* finite and not"),
+    "steps by number": (lambda _: lm.pushover(W, L, steps=100), "steps must be a Steps, got 100"),
+    "no steps": (lambda _: lm.pushover(W, L, steps={}), "steps must be a Steps, got dict"),
+    "half a try": (lambda _: Steps(most=2.5), "steps: most must be a whole number"),
+    "start of numbers": (lambda _: lm.pushover(W, L, start=3), "start must be a PushoverCurve, got 3"),
+    "initial of numbers": (lambda _: lm.pushover(W, L, initial=3), "initial must be a Prediction, got 3"),
+    "settings by number": (lambda _: dem.collapse(W, L, 0.01), "settings must be a DemSettings, got 0.01"),
+    "settings of a push": (lambda _: dem.collapse(W, L, dem.PushSettings()), "must be a DemSettings, got PushSettings"),
+    "settings in a list": (lambda _: dem.push(W, PLATE, to=1e-3, settings={}), "settings must be a PushSettings"),
+    "no checks": (lambda _: dem.DemSettings(error_budget=None), r"error_budget must be several .*, or \(\) for none"),
+    "points of corners": (lambda _: dem.collapse(W, L, contact_points=(2, 2), contact_model="vertices"),
+                          r"contact_points=\(2, 2\) are not used by contact_model='vertices'"),
+    "points of corners, run": (lambda _: dem.simulate(W, HOLD, contact_points=(2, 2), contact_model="vertices"),
+                               r"contact_points=\(2, 2\) are not used"),
+    "way in way": (lambda _: dem.push(W, PLATE, to=[[1e-3]]), r"to must be a displacement \[m\] or a path"),
+    "hold to settle": (lambda _: dem.PushSettings(settle=HOLD), "settle must be a Settle, got Hold"),
+    "check as text": (lambda _: dem.PushSettings(rate_check="no"), "rate_check must be one of True, False, got 'no'"),
+    "no file of a push": (lambda _: dem.push(W, PLATE, to=1e-3, checkpoint=3), PATH),
+    "damped twice": (lambda _: dem.push(W, dem.Drive({1: {"x": 1.0}}, damping=dem.Damping(0.7)), to=1e-3,
+                                        damping=dem.Damping(0.2)), "damping is .* in the drive and .* in the settings"),
+    "calm twice": (lambda _: dem.push(W, dem.Drive({1: {"x": 1.0}}, calm=1e-3), to=1e-3, calm=1e-2),
+                   "calm is 0.001 in the drive and 0.01 in the settings"),
+    "driven twice": (lambda _: dem.push(W, dem.Drive({1: {"x": 1.0}, W.blocks[1].name: {"z": 1.0}}), to=1e-3),
+                     "a Drive names block '.*' twice"),
+    "two jacks": (lambda _: dem.simulate(W, dem.Hold(3, servo={1: JACK, W.blocks[1].name: JACK})), "has one already"),
+    "resumed number": (lambda _: dem.resume(3, HOLD), "history must be a History, got 3"),
     "damping by number": (lambda _: dem.simulate(W, HOLD, damping=0.5), "damping must be a Damping, got 0.5"),
     "damping of a stage": (lambda _: dem.simulate(W, dem.Hold(3, damping=0.5)), r"stage 0 \(Hold\): damping must be"),
     "steps as text": (lambda _: dem.simulate(W, dem.Hold("3")), r"stage 0 \(Hold\): steps must be a finite number"),
