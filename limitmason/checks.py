@@ -90,11 +90,22 @@ def count(name: str, value: object, least: int = 1) -> int:
 
 def choice(name: str, value: T, allowed: Collection[object]) -> T:
     """Return `value` if it is one of `allowed`, or list what is allowed."""
-    if value not in allowed:
+    try:
+        known = value in allowed
+    except TypeError:  # what cannot be looked up, such as a list, is none of the names
+        known = False
+    if not known:
         # names as plain texts, whatever class they have; an empty one is a default that nobody writes
         told = (repr(str(a) if isinstance(a, str) else a) for a in allowed if a != "")
         raise InputError(f"{name} must be one of {', '.join(told)}, got {value!r}")
     return value
+
+
+def switch(name: str, value: Any) -> bool:
+    """Return `value` if it is True or False, or say that nothing else is taken for one of them."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{name} must be True or False, got {_told(value)}")
+    return bool(value)
 
 
 def numbers(name: str, value: Any) -> np.ndarray:

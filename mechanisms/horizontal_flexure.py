@@ -112,6 +112,8 @@ def horizontal_flexure(
         return best
 
     (value, tangent), n = search(reduction)
+    if math.isinf(value):
+        raise InputError(f"crack_tangent must be above 0, got {crack_tangent!r}: friction holds upright cracks")
     omega = max(1.0 - tangent / f.steepest_crack, 0.0) if reduction is None else reduction
     height, pair = n * f.course_height, edge_radii(f.staggering, f.thickness)
     friction, hinge_height = terms_of(n, arm, reduction).friction, f.height - height

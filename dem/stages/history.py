@@ -28,6 +28,7 @@ from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.model import Assembly
+from limitmason.model.input import read_direction
 from limitmason.model.relaid import of_kind
 from limitmason.model.stages import Damping
 from limitmason.storage.csv_table import Tabular
@@ -252,7 +253,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         InputError
             For a block that is neither held nor driven, and a history with nothing recorded.
         """
-        along = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+        along = read_direction("direction", direction)
         i = self.assembly.block_index(block)
         return Curve(
             self.displacement_of(i) @ along, self.reaction_of(i)[:, :3] @ along, label=self.assembly.blocks[i].name,
@@ -315,7 +316,15 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         """Corners of every block at a sample [m], for drawing the deformed shape.
 
         Every block has one array (v, 3).
+
+        Raises
+        ------
+        InputError
+            For a sample that was not recorded; negative numbers count from the end.
         """
+        n = len(self.shift)
+        if not isinstance(sample, int | np.integer) or not -n <= sample < n:
+            raise InputError(f"sample must be the number of one of the {n} samples, got {sample!r}")
         out = []
         for k, block in enumerate(self.assembly.blocks):
             i = self._column(k)

@@ -86,7 +86,8 @@ def push(
     NotConverged
         When no state under dead load is found.
     InputError
-        For a control or lengths that make no sense, and a start of another model or control.
+        For a control or lengths that make no sense, live loads that do not move the control, and a start of another
+        model or control.
 
     Notes
     -----
@@ -131,6 +132,11 @@ def push(
         target = last.control + (left if left < _LAST * step else step)
         new = equal.stepped(partial(_stepped, solver, nodes, target, least, budget, say), last)
         if new is None:
+            if len(nodes) == 1 and not solver.drives(last):
+                raise InputError(
+                    f"control: the live load does not move the point {tuple(point.tolist())} along "
+                    f"{tuple(direction.tolist())}: give a direction in which it does"
+                )
             status = STOPPED
             break
         nodes = _forget([*nodes, new])

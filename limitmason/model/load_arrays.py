@@ -95,7 +95,11 @@ class LoadArrays(ReadOnly):
         ----------
         order : numbers of the blocks in this assembly, by their new numbers
         """
-        rows = np.asarray(order, dtype=np.intp)
+        given = numbers("order", order)
+        marks = np.asarray(order).dtype == bool
+        if marks or given.ndim != 1 or not ((given >= 0) & (given < len(self.dead)) & (given == np.round(given))).all():
+            raise InputError(f"order must be numbers of blocks, 0 to {len(self.dead) - 1}, got {order!r}")
+        rows = given.astype(np.intp)
         return replace(self, **{k: getattr(self, k)[rows] for k in _PARTS})
 
     def transformed(self, matrix: ArrayLike) -> Self:

@@ -298,3 +298,8 @@ def test_steps_keep_to_the_largest_and_another_control_is_no_start():
 def test_what_a_solid_would_pass_over_is_refused(given, message):
     with pytest.raises(InputError, match=message):
         Continuum.from_boxes([Box(np.zeros(3), np.array([0.2, 0.1, 0.6]))], MASONRY, **{"size": 0.3, **given})
+
+
+def test_a_load_that_does_not_move_the_control_is_refused():
+    with pytest.raises(InputError, match=r"does not move the point \(0.2, 0.05, 0.6\) along \(0.0, 1.0, 0.0\)"):
+        push(column(0.1), control=((0.2, 0.05, 0.6), (0, 1, 0)), to=1e-4)

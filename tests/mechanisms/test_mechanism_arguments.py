@@ -26,6 +26,13 @@ def test_what_is_no_number_is_refused_by_name(mechanism, given):
         mechanism(ROUND, **given)
 
 
+def test_upright_cracks_that_friction_holds_are_no_flexure():
+    with pytest.raises(InputError, match="crack_tangent must be above 0, got 0"):
+        me.horizontal_flexure(ROUND, crack_tangent=0)
+    smooth = me.horizontal_flexure(ROUND.changed(friction=0.0), crack_tangent=0)
+    assert smooth.collapse_multiplier == pytest.approx(ROUND.thickness / ROUND.height)
+
+
 def test_nan_is_refused_by_friction_and_curves():
     with pytest.raises(InputError, match="crack tangent"):
         me.crack_angle_reduction(math.nan, 0.5)
