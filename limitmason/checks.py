@@ -17,12 +17,15 @@ T = TypeVar("T")
 
 
 def finite(name: str, value: object) -> float:
-    """Return `value` as a float, or say which argument is not a finite number."""
+    """Return `value` as a float, or say which argument is not a finite number.
+
+    True and False, numbers to Python, are none.
+    """
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         number = math.nan
-    if not math.isfinite(number) or isinstance(value, str):
+    if not math.isfinite(number) or isinstance(value, str | bool | np.bool_):
         raise InputError(f"{name} must be a finite number, got {value!r}")
     return number
 

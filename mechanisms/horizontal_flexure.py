@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.results import Prediction
-from limitmason.checks import finite, not_negative
+from limitmason.checks import finite, not_negative, switch
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -85,6 +85,7 @@ def horizontal_flexure(
     if not 0.0 < finite("contact_factor", contact_factor) <= 1.0:
         raise InputError(f"contact_factor must be above 0 and at most 1, got {contact_factor!r}")
     check_reduction(reduction)
+    interaction = switch("interaction", interaction)
     hinges = courses_to_try("hinge_courses", hinge_courses, f.courses)
     arm = torsion_radius(f.staggering, f.thickness) if torsion_arm is None else torsion_arm
     arm = not_negative("torsion_arm", arm)

@@ -290,6 +290,8 @@ def _ragged(ends: object, plan: str, bond: str) -> bool | tuple[bool, bool]:
     else:
         pair = choice("ends", ends, _ENDS) == "ragged"
         either = bool(pair)
+    if either and plan == "box":
+        raise InputError("ends: a wall on a closed plan has no free end to be ragged")
     if either and bond in ("english", "flemish"):
         raise InputError(f"ends: ragged ends are for running and header bond, got bond {bond!r}")
     return pair

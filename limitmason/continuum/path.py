@@ -103,6 +103,8 @@ def push(
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     instance("model", model, Continuum)
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress must be a function of a line of text, got {progress!r}")
     if not isinstance(control, tuple | list) or len(control) != 2:
         raise InputError(f"control must be a point [m] and a direction, got {control!r}")
     point, direction = read_vector("point of control", control[0]), read_vector("direction of control", control[1])

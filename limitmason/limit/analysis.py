@@ -93,7 +93,7 @@ def limit_analysis(
     """
     choice("flow_rule", flow_rule, FLOW_RULES)
     positive("tolerance", tolerance)
-    not_negative("torsion_limit", torsion_limit)
+    not_negative("torsion_limit", int(torsion_limit) if isinstance(torsion_limit, bool) else torsion_limit)
     verbose = switch("verbose", verbose)
     check_dead_load = switch("check_dead_load", check_dead_load)
     if flow_rule == "associative" and options:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.checks import switch
+from limitmason.checks import instance, switch
 from limitmason.errors import InputError
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.input import read_list, read_vector
@@ -90,6 +90,7 @@ def ring_beam(
     The bending stiffness of a beam, which spreads load between its fastenings, is left out; a beam that rests on the
     wall as a body is a block of its own.
     """
+    instance("assembly", assembly, Blockwork)
     line = np.array([read_vector("point of a ring beam", p) for p in read_list("points", points)])
     if len(line) < 2:
         raise InputError("a ring beam needs two points or more, three coordinates each [m]")
