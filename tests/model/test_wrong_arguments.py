@@ -231,7 +231,7 @@ WRONG = {
     "beam on nothing": (lambda _: lm.ring_beam(None, [(0, 0, 0)] * 2, yield_force=1), "assembly must be a Blockwork"),
     "polygon in words": (lambda _: lm.Interface(0, 1, "x", (0, 0, 1), J, "bed"), "polygon of an interface must be"),
     "flat normal": (lambda _: lm.Interface(0, 1, SQUARE, (0, 0, 1), J, "bed"), r"polygon of an interface must have"),
-    "points in words": (lambda _: lm.limit_analysis(W, L, contact_model="grid", grid=("a", 3)), "must be numbers, got tuple"),
+    "points in words": (lambda _: lm.limit_analysis(W, L, contact_model="grid", grid=("a", 3)), "must be numbers, got"),
     "settlement of nothing": (lambda _: lm.settlement_analysis(W, None), "support"),
 }
 
