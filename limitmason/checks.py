@@ -17,12 +17,15 @@ T = TypeVar("T")
 
 
 def finite(name: str, value: object) -> float:
-    """Return `value` as a float, or say which argument is not a finite number."""
+    """Return `value` as a float, or say which argument is not a finite number.
+
+    True and False, numbers to Python, are none.
+    """
     try:
         number = float(value)  # type: ignore[arg-type]
     except (TypeError, ValueError):
         number = math.nan
-    if not math.isfinite(number) or isinstance(value, str):
+    if not math.isfinite(number) or isinstance(value, str | bool | np.bool_):
         raise InputError(f"{name} must be a finite number, got {value!r}")
     return number
 
@@ -99,6 +102,13 @@ def choice(name: str, value: T, allowed: Collection[object]) -> T:
         told = (repr(str(a) if isinstance(a, str) else a) for a in allowed if a != "")
         raise InputError(f"{name} must be one of {', '.join(told)}, got {value!r}")
     return value
+
+
+def switch(name: str, value: Any) -> bool:
+    """Return `value` if it is True or False, or say that nothing else is taken for one of them."""
+    if not isinstance(value, bool | np.bool_):
+        raise InputError(f"{name} must be True or False, got {_told(value)}")
+    return bool(value)
 
 
 def numbers(name: str, value: Any) -> np.ndarray:

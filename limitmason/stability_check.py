@@ -15,7 +15,7 @@ from limitmason.answers.results import Bound, BoundKind, Prediction, Range, Stat
 from limitmason.arrays import Array
 from limitmason.capacity import PushoverCurve
 from limitmason.capacity.analysis import whole_pushover
-from limitmason.checks import finite
+from limitmason.checks import finite, switch
 from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotApplicable
 from limitmason.limit.associative import carry
@@ -147,6 +147,7 @@ def stability(
     if not 0.0 < finite("accuracy", accuracy) < 0.1:  # a coarser measure would say little
         raise InputError(f"accuracy must be above 0 and below 0.1, got {accuracy!r}")
 
+    path = switch("path", path)
     model: dict[str, Any] = {"contact_model": contact_model, "in_plane": in_plane}
     stands, state = _state(make_problem(assembly, loads, live_required=False, **model))
     state = with_model_notes(state, assembly, loads)

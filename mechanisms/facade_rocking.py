@@ -127,7 +127,7 @@ def compound_rocking(
     Raises
     ------
     InputError
-        Naming the argument that is wrong.
+        Naming the argument that is wrong; for a given crack that leaves the side walls.
     NotApplicable
         Without side walls; for an assembly as :meth:`Facade.from_assembly`.
 
@@ -158,10 +158,13 @@ def compound_rocking(
     if crack_tangent is not None and not 0.0 <= finite("crack_tangent", crack_tangent) <= steepest * (1.0 + ROUNDING):
         raise InputError(f"crack_tangent must lie between 0 and tan(alpha_b) = {steepest:g}, got {crack_tangent!r}")
 
+    def limit_of(m: int) -> float:
+        """Largest tangent of a crack across m courses: no steeper than the bond steps, and within the side wall."""
+        return min(f.steepest_crack, f.side_wall_length / (m * f.course_height))
+
     def at_worst(n: int, m: int, omega: float | None) -> SmallestValue:
         """Smallest multiplier over the crack's tangent, with n courses above the hinge and m that it crosses."""
-        # no steeper than the bond steps, and within the side wall
-        limit = min(f.steepest_crack, f.side_wall_length / (m * f.course_height))
+        limit = limit_of(m)
         return rocking_terms(f, n, m, reduction=omega, below_crack=below_crack).smallest(limit, crack_tangent)
 
     def search(omega: float | None) -> tuple[SmallestValue, int, int]:
@@ -173,7 +176,13 @@ def compound_rocking(
             (at_worst(n, m, omega), n, m)
             for n in courses_to_try("hinge_courses", hinge_courses, f.courses)
             for m in _crossed(crossed_courses, n, given=hinge_courses is not None)
+            if crack_tangent is None or crack_tangent <= limit_of(m) * (1.0 + ROUNDING)
         )
+        if best is None and crack_tangent is not None and crack_tangent > limit_of(f.courses):
+            raise InputError(
+                f"crack_tangent {crack_tangent!r} leaves the side walls, {f.side_wall_length:g} m long, above all of "
+                "the courses asked for"
+            )
         if best is None:
             raise InputError(f"crossed_courses must be a whole number from 1 to {f.courses}, got {crossed_courses!r}")
         return best

@@ -71,7 +71,7 @@ def bed_joint_friction(
     Raises
     ------
     InputError
-        When ``crossed`` is no whole number of one or more, and for a friction that is none.
+        When ``crossed`` is no whole number of one or more, and for another number that is none or negative.
 
     Notes
     -----
@@ -81,6 +81,11 @@ def bed_joint_friction(
     wall is unloaded by the rocking itself.
     """
     f = not_negative("friction", friction)
+    for name, value in (
+        ("unit_weight", unit_weight), ("thickness", thickness), ("staggering", staggering),
+        ("course_height", course_height), ("overload", overload), ("base_height", base_height),
+    ):
+        not_negative(name, value)
     n, h = count("crossed", crossed), course_height
     return FrictionSums(
         weight=f * unit_weight * thickness * staggering * h * n * (n + 1) / 2.0,
@@ -197,6 +202,7 @@ def torsion_shear_curve(a: float, b: float, poles: ArrayLike, *, points: int = 2
     Derived by integration (docs/mechanisms.md, section 4.3). The straight line T/T_o + S/S_o = 1 behind Murano et al.,
     eq (26), lies far inside it, the circle 4 to 6 % outside.
     """
+    radius = torsion_radius(a, b)
     node, weight = np.polynomial.legendre.leggauss(count("points", points))
     share = np.outer(weight, weight) / 4.0  # of the area, at every point of the rule; they add up to one
     x, y = np.meshgrid(0.5 * a * node, 0.5 * b * node, indexing="ij")
@@ -210,4 +216,4 @@ def torsion_shear_curve(a: float, b: float, poles: ArrayLike, *, points: int = 2
         along, across = (np.divide(v, r, out=np.zeros_like(r), where=r > 0.0) for v in (arm, -x))
         shear[index] = (share * along).sum()
         torque[index] = (share * (along * y - across * x)).sum()
-    return shear, torque / torsion_radius(a, b)
+    return shear, torque / radius

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.results import Prediction
-from limitmason.checks import finite, not_negative
+from limitmason.checks import finite, not_negative, switch
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -85,6 +85,7 @@ def horizontal_flexure(
     if not 0.0 < finite("contact_factor", contact_factor) <= 1.0:
         raise InputError(f"contact_factor must be above 0 and at most 1, got {contact_factor!r}")
     check_reduction(reduction)
+    interaction = switch("interaction", interaction)
     hinges = courses_to_try("hinge_courses", hinge_courses, f.courses)
     arm = torsion_radius(f.staggering, f.thickness) if torsion_arm is None else torsion_arm
     arm = not_negative("torsion_arm", arm)
@@ -112,6 +113,8 @@ def horizontal_flexure(
         return best
 
     (value, tangent), n = search(reduction)
+    if math.isinf(value):
+        raise InputError(f"crack_tangent must be above 0, got {crack_tangent!r}: friction holds upright cracks")
     omega = max(1.0 - tangent / f.steepest_crack, 0.0) if reduction is None else reduction
     height, pair = n * f.course_height, edge_radii(f.staggering, f.thickness)
     friction, hinge_height = terms_of(n, arm, reduction).friction, f.height - height

@@ -12,14 +12,15 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.checks import choice, count, instance, numbers, positive
+from limitmason.checks import choice, count, finite, instance, not_negative, numbers, positive
 from limitmason.errors import InputError, NotApplicable
 from limitmason.mechanics.contact_points import ContactPoints, contact_points
 from limitmason.mechanics.equilibrium import equilibrium_matrix
 from limitmason.mechanics.law import interface_law
 from limitmason.model.assembly import Assembly
+from limitmason.model.input import read_list
 from limitmason.model.load import Loads
-from mechanisms.parameters import Facade
+from mechanisms.parameters import ROUNDING, Facade, check_reduction
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact to degree 7: the fields below have at most 3
 _ADMISSIBLE = 1e-9  # of the largest rate: a lack of opening that is rounding
@@ -74,10 +75,24 @@ def rocking_power(
     stepping : numbers of the stepping courses, counted from the top
     reduction : factor on the friction of the crossed joints; 1 - tangent / tan(alpha_b) where omitted
     below_crack : "connected", joints between hinge and crack keep their friction; "free", they have none
+
+    Raises
+    ------
+    InputError
+        For courses that the facade does not have above the hinge, a crack steeper than the bond, and a tangent beside
+        stepping courses.
     """
     instance("facade", facade, Facade)
-    hinge = count("hinge", hinge, least=0)
+    hinge = _courses("hinge", hinge, facade.courses, least=0)
+    crossed = _courses("crossed", crossed, hinge, least=0)
     choice("below_crack", below_crack, ("connected", "free"))
+    if not 0.0 <= finite("tangent", tangent) <= facade.steepest_crack * (1.0 + ROUNDING):
+        raise InputError(f"tangent must lie between 0 and tan(alpha_b) = {facade.steepest_crack:g}, got {tangent!r}")
+    if stepping is not None:
+        stepping = [_courses("stepping: each", j, crossed) for j in read_list("stepping", stepping)]
+        if tangent:
+            raise InputError("tangent is of a straight crack: give it or stepping, not both")
+    check_reduction(reduction)
     h, top = facade.course_height, hinge * facade.course_height
     lift = travel = friction = 0.0
     # the facade, course by course: u_x = z, u_z = x
@@ -149,16 +164,23 @@ def flexure_power(
     ------
     NotApplicable
         For another number of side walls than 1 or 2: nothing holds the triangles then.
+    InputError
+        For a hinge or lines outside the facade, and lines steeper than the bond.
     """
     if instance("facade", facade, Facade).side_walls not in (1, 2):
         raise NotApplicable(f"side_walls must be 1 or 2 for horizontal flexure, got {facade.side_walls}")
-    hinge, tangent = count("hinge", hinge), positive("tangent", tangent)
+    hinge, tangent = _courses("hinge", hinge, facade.courses), positive("tangent", tangent)
+    not_negative("contact_factor", contact_factor)
+    not_negative("torsion_radius", torsion_radius)
+    check_reduction(reduction)
     h, height = facade.course_height, hinge * facade.course_height
     # a facade held at one end is half of one that is held at both: that is taken, and halved at the end
     halves = 2.0 if facade.side_walls == 2 else 1.0
     length = facade.length if halves == 2.0 else 2.0 * facade.length
     a = np.arctan(tangent)
     middle = length - 2.0 * height * tangent
+    if tangent > facade.steepest_crack * (1.0 + ROUNDING) or middle < -ROUNDING * length:
+        raise InputError(f"tangent {tangent!r} must not exceed tan(alpha_b) and L / (2 H_k), the bond and the facade")
     unit_weight, t = facade.unit_weight, facade.thickness
     lift = travel = 0.0
     for z0 in np.arange(hinge) * h:
@@ -185,6 +207,14 @@ def flexure_power(
         friction += 2.0 * (1.0 + omega) * contact_factor * torsion_radius * force * np.cos(a)
     scale = 0.5 * halves / np.sin(a)
     return PowerBalance(*(float(scale * p) for p in (lift, overload_lift, friction, travel)))
+
+
+def _courses(name: str, value: object, most: int, least: int = 1) -> int:
+    """A number of courses from ``least`` to ``most``, or an error with the ``name`` of the argument."""
+    number = count(name, value, least)
+    if number > most:
+        raise InputError(f"{name} must be a whole number from {least} to {most}, got {value!r}")
+    return number
 
 
 def _push_of_overload(facade: Facade, q: float, height: float, a: float, middle: float) -> float:

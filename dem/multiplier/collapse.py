@@ -36,6 +36,8 @@ SWAYED = 0.5
 PLASTIC = 0.1
 """Part of what counts as collapse from which the yielding of a perfectly plastic bond is no sway of soft joints [-]."""
 
+CANCELLED = 1e-9  # of the couples over the sizes of their blocks: live forces that small are rounding
+
 FIRST_INCREMENT = 0.05  # of the multiplier at which live equals dead load [-]; chosen
 
 
@@ -236,10 +238,11 @@ def _unit(assembly: Assembly, loads: Loads) -> float:
     moves = ~assembly.held
     dead = np.linalg.norm((loads.dead * moves)[:, :3], axis=1).sum()
     live = np.linalg.norm((loads.live * moves)[:, :3], axis=1).sum()
-    # moments alone: as large as forces at an arm of the block's size
-    if live == 0.0:
-        length = np.cbrt(assembly.arrays.volume)[:, None]
-        live = np.linalg.norm((loads.live * moves)[:, 3:] / length, axis=1).sum()
+    # moments alone, beside forces that cancel but for rounding: as large as forces at an arm of the block's size
+    length = np.cbrt(assembly.arrays.volume)[:, None]
+    turning = np.linalg.norm((loads.live * moves)[:, 3:] / length, axis=1).sum()
+    if live <= CANCELLED * turning:
+        live = turning
     if live == 0.0:
         raise InputError("no live load acts on a free degree of freedom: there is nothing to multiply")
     return float(dead / live) if dead > 0 else 1.0

@@ -29,6 +29,7 @@ from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.model import Assembly
+from limitmason.model.input import read_direction
 from limitmason.model.relaid import of_kind
 from limitmason.model.stages import Damping
 from limitmason.storage.csv_table import Tabular
@@ -253,7 +254,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         InputError
             For a block that is neither held nor driven, and a history with nothing recorded.
         """
-        along = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+        along = read_direction("direction", direction)
         i = self.assembly.block_index(block)
         return Curve(
             self.displacement_of(i) @ along, self.reaction_of(i)[:, :3] @ along, label=self.assembly.blocks[i].name,
@@ -313,10 +314,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         return {"history": columns, "names": list("xyz"), "against": against, "units": {against: unit}, "ylabel": label}
 
     def corners(self, sample: int = -1) -> list[Array]:
-        """Corners of every block at a sample [m], for drawing the deformed shape.
-
-        Every block has one array (v, 3). A sample that was not recorded is refused.
-        """
+        """Corners of every block at a recorded sample [m], to draw the deformed shape: one array (v, 3) for each."""
         if not (isinstance(sample, int | np.integer) and -len(self.shift) <= sample < len(self.shift)):
             raise InputError(f"the history has samples 0 to {len(self.shift) - 1}, got {sample!r}")
         out = []

@@ -151,8 +151,10 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
     def point(self, index: int) -> CurvePoint:
         """The point at a sample.
 
-        Negative numbers count from the end.
+        Negative numbers count from the end; a number outside the curve is an InputError.
         """
+        if not isinstance(index, Integral) or not -len(self) <= index < len(self):
+            raise InputError(f"point: give the number of a sample, 0 to {len(self) - 1}, got {index!r}")
         i = range(len(self))[index]
         return CurvePoint(i, float(self.displacement[i]), float(self.load[i]))
 

@@ -56,6 +56,7 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
         For a plane that misses its block, or cuts off less than a millionth of it; a block that is held, by name; and
         a tie that is fastened to a block that is cut.
     """
+    instance("assembly", assembly, Assembly)
     if not isinstance(planes, Mapping):
         raise InputError(f"planes must read {{'block': (point, normal)}}, got {type(planes).__name__}")
     instance("joint", joint, Joint)

@@ -116,6 +116,8 @@ def dome(
     # the held ring goes on below the springing, as high as the dome is thick
     below = foot + depth / r
     wider = _STANDS_OUT * depth
+    if inside <= wider:
+        raise InputError(f"thickness {depth:g} m leaves no room within the held ring at a radius of {r:g} m")
     ring = [voussoir(below, foot, j, inside - wider, outside + wider) for j in range(n)]
     site.add("base", ring, fixed=True)
     digits = max(2, len(str(rings)), len(str(n)))

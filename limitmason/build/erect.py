@@ -54,6 +54,8 @@ class Site:
         density : the site's own where None [kg/m3]
         fixed : whether it is held
         """
+        if density is not None:
+            not_negative(f"density of block {name!r}", density)
         self.names.append(name)
         self.solids.append(solid)
         self.axes.append(axis)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from limitmason.checks import finite, positive
+from limitmason.checks import finite, instance, positive
 from limitmason.errors import InputError
 from limitmason.geometry import box
 from limitmason.model.assembly import Assembly
@@ -59,6 +59,7 @@ def with_floor(
     left behind as soon as its inertia exceeds friction: under Loads.horizontal it alone slides at tan(phi). The block
     is rigid: it ties the walls below it together through friction, which a flexible timber floor does less.
     """
+    instance("assembly", assembly, Assembly)
     mass, thickness = positive("mass", mass), positive("thickness", thickness)
     if any(b.name == name for b in assembly.blocks):
         raise InputError(f"there is a block {name!r} already: give the floor another name")

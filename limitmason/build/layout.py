@@ -12,7 +12,7 @@ from limitmason.build.arguments import unit_size
 from limitmason.build.erect import Site, add_ground, add_units
 from limitmason.build.leading_course import Piece
 from limitmason.build.plan import Unit
-from limitmason.checks import choice, finite, positive
+from limitmason.checks import choice, finite, positive, switch
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_list
@@ -97,6 +97,7 @@ def layout(
         length, height = unit_size(values[:2] if isinstance(values, list) and len(values) == 3 else values, parts=2)
         depth = positive("thickness", thickness)
     choice("column", column, (None, "left", "right"))
+    ragged = switch("ragged", ragged)
     positive("density", density)
     widths = [_read(row, number) for number, row in enumerate(rows)]
     spans = [sum(abs(w) for w in row) for row in widths]

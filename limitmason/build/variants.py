@@ -13,9 +13,12 @@ from numpy.typing import ArrayLike
 from limitmason.arrays import Array
 from limitmason.checks import finite, not_negative, numbers
 from limitmason.errors import InputError
+from limitmason.geometry.contact import DoubtfulContact
 from limitmason.geometry.polyhedron import Solid
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.model.assembly import Assembly
+from limitmason.model.block import Block
+from limitmason.model.detection import doubts_between
 from limitmason.model.input import read_direction, read_fixed, read_vector
 from limitmason.model.interface import COS_45, Interface
 
@@ -153,7 +156,9 @@ def resized(assembly: Assembly, factors: ArrayLike) -> Assembly:
         n = i.normal / f  # a normal goes with the inverse transpose
         interfaces.append(replace(i, polygon=i.polygon * f, normal=n / np.linalg.norm(n)))
     ties = tuple(replace(t, point_a=t.ends[0] * f, point_b=t.ends[1] * f) for t in assembly.ties)
-    return replace(assembly, blocks=blocks, interfaces=tuple(interfaces), ties=ties, recipe={})
+    return replace(
+        assembly, blocks=blocks, interfaces=tuple(interfaces), ties=ties, recipe={}, doubts=_doubts(assembly, blocks)
+    )
 
 
 def with_density_factor(assembly: Assembly, factor: float, blocks: Iterable[int | str] | None = None) -> Assembly:
@@ -222,7 +227,15 @@ def displaced(assembly: Assembly, displacements: Sequence[Array] | Array) -> Ass
         a, b = t.ends
         b = b if t.block_b is None else moved(b, assembly.block_index(t.block_b))
         ties.append(replace(t, point_a=moved(a, assembly.block_index(t.block_a)), point_b=b))
-    return replace(assembly, blocks=blocks, interfaces=tuple(interfaces), ties=tuple(ties), recipe={})
+    return replace(
+        assembly, blocks=blocks, interfaces=tuple(interfaces), ties=tuple(ties), recipe={},
+        doubts=_doubts(assembly, blocks),
+    )
+
+
+def _doubts(assembly: Assembly, blocks: Sequence[Block]) -> tuple[DoubtfulContact, ...]:
+    """What nearly touches between blocks that have changed place or size, where something did before."""
+    return doubts_between(blocks, assembly.contact_rules) if assembly.doubts else ()
 
 
 def _cut_edge(

@@ -286,10 +286,11 @@ def _ragged(ends: object, plan: str, bond: str) -> bool | tuple[bool, bool]:
             raise InputError(f"ends must be one word, or a pair (left, right) for a straight wall; got {ends!r}")
         left, right = (choice("ends", end, _ENDS) == "ragged" for end in ends)
         pair: bool | tuple[bool, bool] = (left, right)
-        either = left or right
     else:
-        pair = choice("ends", ends, _ENDS) == "ragged"
-        either = bool(pair)
+        left = right = pair = choice("ends", ends, _ENDS) == "ragged"
+    either = left or right
+    if either and plan == "box":
+        raise InputError("ends: a wall on a closed plan has no free end to be ragged")
     if either and bond in ("english", "flemish"):
         raise InputError(f"ends: ragged ends are for running and header bond, got bond {bond!r}")
     return pair

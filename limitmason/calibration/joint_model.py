@@ -33,7 +33,8 @@ class JointModel:
     Raises
     ------
     InputError
-        For an unknown property, a kind that no joint has, two parameters of one property, a method without loads.
+        For an unknown property, a kind that no joint has, two parameters of one property, an unknown method, and one
+        without loads.
     """
 
     assembly: Assembly
@@ -59,6 +60,7 @@ class JointModel:
                 if (other := taken.setdefault((prop, kind), name)) != name:
                     raise InputError(f"{other!r} and {name!r} are both the {prop} of {kind} joints: one would be lost")
         if isinstance(self.run, str):
+            get_method(self.run)  # an unknown name is refused at once
             if self.loads is None:
                 raise InputError(f"method {self.run!r} needs loads=")
         elif self.loads is not None or self.options:

@@ -22,6 +22,7 @@ from limitmason.model.support import DEGREES_OF_FREEDOM, Support
 from limitmason.model.support_motion import group_of
 
 _AXES = {"x": 0, "y": 1, "z": 2}
+_ROUNDING = 1e-9  # of the couples over the sizes of their blocks: live forces that small have cancelled
 
 
 def as_one_assembly(assembly: Assembly, loads: Loads, control: Any) -> tuple[Assembly, Loads, Any]:
@@ -109,7 +110,8 @@ def control_row(assembly: Assembly, control: Any, basis: Array, free: NDArray, l
     # only of degrees of freedom that shift a block, unit vectors: those that turn it have no displacement
     forces = np.where(np.abs(basis[:3]).max(axis=0) > 0.5, live, 0.0)
     total = float(np.linalg.norm(forces, axis=1).sum())
-    if not total > 0.0:
+    couples = float((np.linalg.norm(live - forces, axis=1) / np.cbrt(assembly.volumes)).sum())
+    if not total > _ROUNDING * couples:
         raise InputError("no live force acts on a free block: there is nothing to push with")
     if isinstance(control, str):
         if control != "live":

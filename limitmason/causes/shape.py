@@ -18,6 +18,9 @@ from limitmason.model import Assembly, Loads, Material
 from limitmason.model.input import read_vector
 from limitmason.model.interface import COS_45
 
+_ACROSS = {"facade": (0.0, 1.0, 0.0), "rear": (0.0, 1.0, 0.0), "return": (1.0, 0.0, 0.0)}
+"""Direction across the walls of ``build.wall``, by how the names of their units begin."""
+
 ROUNDS = 30  # of the secant method for the multiplier at which blocks stand displaced
 
 
@@ -130,11 +133,16 @@ def missing_unit(
 def _across_the_wall(assembly: Assembly, k: int) -> Array:
     """Horizontal unit vector across the wall in which a unit stands, shape (3,).
 
-    A header has upright joints along its length and none at its ends: the wall runs across it. Any other unit lies
-    along the wall. One without a laid direction, or laid on end, is taken to stand in a wall along x.
+    A built wall says it by the names of its units. Elsewhere a header has upright joints along its length and none at
+    its ends: the wall runs across it. Any other unit lies along the wall. One without a laid direction, or laid on end,
+    is taken to stand in a wall along x.
 
     ``k`` is the number of the unit.
     """
+    # at a corner a header has a joint at one end and one beside it, as a unit along the other wall has
+    run = assembly.blocks[k].name.partition("-")[0]
+    if assembly.recipe.get("kind") == "wall" and run in _ACROSS:
+        return np.array(_ACROSS[run])
     axis, x = assembly.blocks[k].axis, assembly.arrays
     if axis is None or abs(axis[2]) > COS_45:
         return np.array([0.0, 1.0, 0.0])

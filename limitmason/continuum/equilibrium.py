@@ -24,7 +24,8 @@ _DEAD_BREAK = 200  # most secant iterations of a jump under the dead load
 _HELD = 1e-6  # of the control displacement: how exactly it is met
 _MICRO = 1e-12  # [m]: least displacement that this is a part of
 _SAID = 20  # secant iterations from one line of progress to the next
-_NO_SLOPE = 1e-30  # [m] per unit of the multiplier: live loads that move the control point by less do not drive it
+_NO_SLOPE = 1e-9  # of the largest displacement by the live loads: those that move the control point by less, by
+# rounding, do not drive it
 _DIVERGED = 1e4  # residual from which an iteration is given up
 _CHUNK = 20000  # points whose law is worked out at once: bounds the memory
 
@@ -145,6 +146,15 @@ class Solver:
         except SingularStiffness:
             return None
 
+    def drives(self, last: EquilibriumState) -> bool:
+        """Whether the live loads move the control point along its direction, as the solid is after a state."""
+        assert last.memory is not None
+        now = self.answer(last.displacement, last.memory)
+        both = self._linear(now, self.unbalanced(now, last.multiplier))
+        if both is None:
+            return False
+        return bool(abs(float(self.row @ both[:, 1])) > _NO_SLOPE * float(np.abs(both[:, 1]).max()))
+
     def dead_load(self, say: Callable[[str], None] = lambda _: None) -> EquilibriumState | None:
         """State under the dead load alone, put on in parts where it cracks or crushes, or None where none is found.
 
@@ -212,7 +222,7 @@ class Solver:
             else:
                 short = target - float(self.control @ u)
                 slope = float(self.row @ both[:, 1])
-                if not abs(slope) > _NO_SLOPE:
+                if not abs(slope) > _NO_SLOPE * float(np.abs(both[:, 1]).max()):
                     return None
                 # change of the multiplier that brings the control displacement to its target
                 more = (short - float(self.row @ both[:, 0])) / slope
@@ -259,7 +269,7 @@ class Solver:
             if both is None:
                 return None
             slope = float(self.row @ both[:, 1])
-            if not abs(slope) > _NO_SLOPE:
+            if not abs(slope) > _NO_SLOPE * float(np.abs(both[:, 1]).max()):
                 return None
             # change of the multiplier that brings the control displacement to its target
             more = 0.0 if target is None else (target - float(self.row @ (u + both[:, 0]))) / slope

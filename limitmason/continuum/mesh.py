@@ -13,9 +13,10 @@ from skfem import Basis, MeshHex
 from skfem.element import ElementHex1, ElementHexS2
 
 from limitmason.arrays import Array, Index
-from limitmason.checks import choice, numbers, several
+from limitmason.checks import choice, count, numbers, several
 from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry import Solid
+from limitmason.model.input import read_list, read_vector
 from limitmason.storage.frozen import ReadOnly, frozen
 
 _NEAR = 1e-7  # of the size of a piece or a structure: corners and planes this near to each other are one; rounding
@@ -292,10 +293,13 @@ def mesh_boxes(
     if not boxes:
         raise InputError("no boxes to mesh")
     for k, b in enumerate(boxes):
-        if not (np.asarray(b.high) > np.asarray(b.low)).all():
+        ends = [read_vector(f"boxes[{k}]: {name}", getattr(b, name)) for name in ("low", "high")]
+        count(f"boxes[{k}]: material", b.material, least=0)
+        if not (ends[1] > ends[0]).all():
             raise InputError(f"boxes[{k}]: high must be above low along x, y and z, got {b.low} and {b.high}")
+    planes = read_list("planes", planes)
     for plane in planes:
-        if np.shape(plane) != (2,) or plane[0] not in (0, 1, 2):
+        if np.shape(plane) != (2,) or plane[0] not in (0, 1, 2) or not np.isfinite(numbers("planes", plane)).all():
             raise InputError(f"planes: give pairs of an axis, 0, 1 or 2, and a coordinate [m], got {plane!r}")
     edge = numbers("size", size)
     if edge.shape not in ((), (3,)):

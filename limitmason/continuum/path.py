@@ -86,7 +86,8 @@ def push(
     NotConverged
         When no state under dead load is found.
     InputError
-        For a control or lengths that make no sense, and a start of another model or control.
+        For a control or lengths that make no sense, live loads that do not move the control, and a start of another
+        model or control.
 
     Notes
     -----
@@ -102,6 +103,8 @@ def push(
     """
     begun, say = time.perf_counter(), progress or (lambda _: None)
     instance("model", model, Continuum)
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress must be a function of a line of text, got {progress!r}")
     if not isinstance(control, tuple | list) or len(control) != 2:
         raise InputError(f"control must be a point [m] and a direction, got {control!r}")
     point, direction = read_vector("point of control", control[0]), read_vector("direction of control", control[1])
@@ -131,6 +134,11 @@ def push(
         target = last.control + (left if left < _LAST * step else step)
         new = equal.stepped(partial(_stepped, solver, nodes, target, least, budget, say), last)
         if new is None:
+            if len(nodes) == 1 and not solver.drives(last):
+                raise InputError(
+                    f"control: the live load does not move the point {tuple(point.tolist())} along "
+                    f"{tuple(direction.tolist())}: give a direction in which it does"
+                )
             status = STOPPED
             break
         nodes = _forget([*nodes, new])

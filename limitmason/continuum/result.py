@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.answers.curve import Curve, Energy, Event
 from limitmason.arrays import Array
+from limitmason.checks import instance
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.excess_crack_energy import CrackEnergy, crack_energy
 from limitmason.continuum.papers import PAPERS
@@ -20,6 +21,7 @@ from limitmason.errors import InputError
 from limitmason.storage.files import read_archive, write_archive
 from limitmason.vibration.system import VibratingSystem
 
+_NO_RESULTANT = 1e-9  # of the sum of all live forces: a resultant that small is rounding
 _MISSED = 0.02  # error of the energy balance from which a curve warns, chosen
 
 
@@ -27,7 +29,7 @@ _MISSED = 0.02  # error of the energy balance from which a curve warns, chosen
 class SolidCurve(Curve):
     """Load [N] against control displacement from the state under dead load [m].
 
-    Sample 0 is that state.
+    Sample 0 is that state. Live loads without resultant, a couple, leave the multiplier [-] in place of the load.
 
     Parameters
     ----------
@@ -159,6 +161,7 @@ def load_curve(path: str | Path, model: Continuum) -> SolidCurve:
     InputError
         When the file is of a model with other nodes.
     """
+    instance("model", model, Continuum)
     file = read_archive(path)
     u = file["displacement"]
     if u.shape[1] != 3 * len(model.mesh.nodes):
@@ -195,7 +198,9 @@ def curve_of(
     """
     live, dead = model.live.ravel(), model.all_dead
     point, direction = (np.asarray(v, dtype=float) for v in control)
-    size = float(np.linalg.norm(model.live.sum(axis=0)))  # 0 for a couple: the curve then holds multipliers, not forces
+    # 0 for a couple, up to rounding: the curve then holds multipliers, not forces
+    size = float(np.linalg.norm(model.live.sum(axis=0)))
+    size = size if size > _NO_RESULTANT * float(np.abs(model.live).sum()) else 0.0
     u, factor = np.array([n.displacement for n in nodes]), np.array([n.multiplier for n in nodes])
     travel = np.diff(u, axis=0)
     # work of the live load by the trapezoidal rule, as its multiplier changes within a step; the dead load is constant

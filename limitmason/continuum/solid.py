@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array, Flags
-from limitmason.checks import choice, finite, instance, not_negative, numbers
+from limitmason.checks import choice, finite, instance, not_negative, numbers, several
 from limitmason.constants import GRAVITY
 from limitmason.continuum.discretisation import Discretisation
 from limitmason.continuum.factor import Factor
@@ -384,4 +384,4 @@ def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str,
 
 def _several(material: Material | Sequence[Material]) -> tuple[Material, ...]:
     """One material or several, as a tuple."""
-    return (material,) if isinstance(material, Material) else tuple(material)
+    return (material,) if isinstance(material, Material) else several("materials", material, Material)

@@ -76,6 +76,8 @@ class Statement(ReadOnly):
         if n < (least := FEWEST if noise.kind == "unknown" else 2):
             what = "numbers, of one specimen or several," if rows.several or n < 2 else "specimens"
             raise InputError(f"at least {least} {what} are needed, got {n}")
+        if not isinstance(self.nuisance, Mapping):
+            raise InputError(f"nuisance must be Measured(value, sd) by name, got {self.nuisance!r}")
         nuisance = dict(self.nuisance)
         told = circumstances_of(specimens) if self.covariates is None else self.covariates
         covariates = covariates_of(told, specimens, rows.spread_out)

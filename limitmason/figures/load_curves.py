@@ -181,6 +181,8 @@ def _by_label(curves: Any) -> list[tuple[str, Any]]:
     # a mapping with a method ``curve`` is a history: its keys are recorded quantities, not labels of curves
     if isinstance(curves, Mapping) and not hasattr(curves, "curve"):
         return list(curves.items())
+    if isinstance(curves, Iterator):
+        curves = list(curves)
     # a pair of arrays is a sequence too, but one curve
     if isinstance(curves, Sequence) and all(isinstance(c, Curve) for c in curves):
         return [(c.label, c) for c in curves]

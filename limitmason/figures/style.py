@@ -21,6 +21,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from limitmason.arrays import Array
+from limitmason.checks import finite
 from limitmason.errors import InputError, NotApplicable
 
 # Okabe and Ito (2008): told apart with every common colour vision, and in grey by their different lightness
@@ -81,10 +82,9 @@ def print_style(width: float | None = None) -> Iterator[None]:
     Raises
     ------
     InputError
-        For widths outside 60 to 183 mm. In the block, figures of several panels that need a whole page raise
-        ``NotApplicable``.
+        For widths outside 60 to 183 mm. In the block, panels that need a whole page raise ``NotApplicable``.
     """
-    if width is not None and not NARROWEST <= width <= WIDEST:
+    if width is not None and not NARROWEST <= finite("width", width) <= WIDEST:
         raise InputError(f"a figure is {NARROWEST:g} to {WIDEST:g} mm wide, got {width!r}")
     before = _width.set(_width.get() if width is None else float(width))
     try:

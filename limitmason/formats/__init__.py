@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -52,17 +53,22 @@ def read(path: str | Path, **options: Any) -> Model | Solids | Outlines:
     ----------
     path : .json (a ``Model``: assembly, loads), .obj, .ply, .stl or .off (``Solids`` for ``Assembly.from_polyhedra``),
         .dxf or .svg (``Outlines`` for ``Assembly.from_polygons``)
-    options : passed to the reader
+    options : those of the reader of that suffix
 
     Raises
     ------
     InputError
-        For an unknown suffix, and as the readers do.
+        For an unknown suffix, an option that its reader does not have, and as the readers do.
     """
     suffix = named_path(path).suffix.lower()
     if suffix not in _READERS:
         raise InputError(f"{path}: cannot read {suffix or 'a file without suffix'}; known: {', '.join(_READERS)}")
-    return _READERS[suffix](path, **options)
+    reader = _READERS[suffix]
+    taken = [name for name, p in signature(reader).parameters.items() if p.kind is not p.VAR_KEYWORD][1:]
+    if unknown := sorted(options.keys() - set(taken)):
+        known = f"options: {', '.join(taken)}" if taken else "it has no options"
+        raise InputError(f"{path}: a {suffix} file is not read with {unknown[0]!r}; {known}")
+    return reader(path, **options)
 
 
 def write(

@@ -108,11 +108,14 @@ def write_json(path: str | Path, assembly: Assembly, loads: Loads | None = None)
     Raises
     ------
     InputError
-        When the recipe holds something that is not plain data, or the loads belong to another assembly.
+        When the recipe holds something that is not plain data, or the loads belong to another assembly, and for a block
+        that floats, which no file may have.
     """
     instance("assembly", assembly, Assembly)
     if loads is not None and len(instance("loads", loads, Loads).dead) != assembly.n_blocks:
         raise InputError(f"the loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
+    if assembly.supports:
+        assembly.check_connected()
     laws = _names("joint", (i.joint for i in assembly.interfaces))
     materials = _names("material", (b.material for b in assembly.blocks if b.material is not None))
     names = [b.name for b in assembly.blocks]

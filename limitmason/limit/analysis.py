@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.results import Bound, BoundKind, Prediction, Status
-from limitmason.checks import choice, not_negative, positive
+from limitmason.checks import choice, not_negative, positive, switch
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
 from limitmason.limit.associative import analyse
@@ -93,8 +93,9 @@ def limit_analysis(
     """
     choice("flow_rule", flow_rule, FLOW_RULES)
     positive("tolerance", tolerance)
-    not_negative("torsion_limit", torsion_limit)
-    verbose = bool(verbose)
+    not_negative("torsion_limit", int(torsion_limit) if isinstance(torsion_limit, bool) else torsion_limit)
+    verbose = switch("verbose", verbose)
+    check_dead_load = switch("check_dead_load", check_dead_load)
     if flow_rule == "associative" and options:
         raise TypeError(f"unknown option {sorted(options)[0]!r} for associative limit analysis")
     if flow_rule == "non-associative":

@@ -181,9 +181,16 @@ def _attempted(
     if torsion and solution.status in (Status.SOLVED, Status.ALMOST_SOLVED):
         solution, seconds, details = with_torsion_limit(scaled, solution, tolerance, torsion, verbose=verbose)
         spent += seconds
-    scaled = scaled.with_free(solution.free)
+    # without an answer the free multipliers mean nothing: the dead load is then asked about as it is
+    unknown = solution.status == Status.CANNOT_STAND
+    scaled = scaled.with_free(np.zeros(len(scaled.free)) if unknown else solution.free)
     solution, stands, falling, seconds = _dead_load_checked(problem, scaled, cones, solution, check_dead_load)
     spent += seconds
+    if unknown and falling is not None and len(solution.velocity) and not check_dead_load:
+        # what was asked is whether any multiplier carries it: the program's own motion, on which no live load works
+        own = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, solution.velocity)
+        if _falls(own[0]):
+            return _Attempt(own[0], f"{solution.solver}: {own[0].status}", stands, spent + own[1])
     prediction, seconds = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, falling)
     return _Attempt(prediction, f"{solution.solver}: {prediction.status}", stands, spent + seconds)
 

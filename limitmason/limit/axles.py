@@ -17,6 +17,7 @@ from limitmason.errors import InputError, NotConverged
 from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.model.assembly import Assembly
 from limitmason.model.axles import axle_forces, extrados
+from limitmason.model.input import read_list
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from limitmason.storage.interrupts import ends_early
@@ -106,6 +107,7 @@ def axle_envelope(
     -----
     Static positions, no impact; fill passes load on and resists nothing, which is on the safe side for most arches.
     """
+    axles = read_list("axles", axles)
     if any(np.shape(axle) != (2,) for axle in axles):
         raise InputError("axles: give pairs of a place behind the first [m] and a load above 0 [N]")
     train = [(finite("axles", x), finite("axles", p)) for x, p in axles]
@@ -119,6 +121,8 @@ def axle_envelope(
         start, end = strips[0].start, max(s.end for s in strips) + max(x for x, _ in train)
         positions = np.linspace(start, end, POSITIONS)
     places = np.atleast_1d(numbers("positions", [] if positions is None else positions))
+    if places.ndim != 1 or not np.isfinite(places).all():
+        raise InputError(f"positions must be finite numbers, x of the first axle [m], got {positions!r}")
     found: list[Prediction | None] = []
     try:
         for place in places:

@@ -1,7 +1,7 @@
 """Settlement of a support: whether the structure stands, and its mechanism."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -39,6 +39,9 @@ NO_MOTION = 1e-12
 ALONG = 1e-9
 """Component of a degree of freedom of the plane along one of space up to which it has none [-]: rounding."""
 
+GUIDED_OPTIONS = ("contact_model", "grid", "in_plane", "solver", "tolerance")
+"""Options of limit analysis that go with supports and plates guided along a motion."""
+
 _REASON = {
     Status.CANNOT_STAND: "no reaction of this support carries the dead load: the structure is unstable already",
     Status.UNBOUNDED: "the structure does not let the support move that way: it needs no reaction along it",
@@ -64,8 +67,8 @@ def settlement_analysis(
     direction : "-z" (down), "+x" (spreading), ...; or a :class:`limitmason.SupportMotion`, a translation and a turn
         about a point: R is then the work of the reaction against it, [N] for a translation of 1, [N m] for a turn of 1
     loads : dead loads, nothing live; self weight by default
-    options : as for :func:`limitmason.limit.limit_analysis`; of these a motion along no single axis takes
-        ``contact_model``, ``grid``, ``in_plane``, ``solver`` and ``tolerance``
+    options : ``contact_model``, ``grid``, ``in_plane``, ``solver`` and ``tolerance`` of
+        :func:`limitmason.limit.limit_analysis`; along a single axis also ``torsion_limit`` and ``verbose``
 
     Returns
     -------
@@ -81,7 +84,7 @@ def settlement_analysis(
     ------
     InputError
         When a block is not held along the motion, a list is empty, names a block twice or one that is not wholly
-        held, and for loads with a live part.
+        held, and for loads with a live part and another option.
     """
     found, tolerance = least_reaction(assembly, support, direction, loads, options)
     reaction = found.reaction
@@ -95,6 +98,12 @@ def settlement_analysis(
     # unbounded: no motion opposes that reaction, which may grow without end, and so passes zero
     needs_none = other.status == Status.UNBOUNDED or (other.reaction is not None and other.reaction.least <= tolerance)
     return replace(found, reaction=reaction._replace(stands_without=needs_none))
+
+
+def refuse_other_options(options: Mapping[str, Any], taken: Sequence[str]) -> None:
+    """Refuse an option by its name that is not among those that are ``taken``."""
+    if unknown := sorted(options.keys() - set(taken)):
+        raise InputError(f"{unknown[0]!r} is no option of this analysis; it takes {', '.join(taken)}")
 
 
 def _motion_of(direction: str | SupportMotion) -> SupportMotion:
@@ -127,6 +136,7 @@ def least_reaction(
     direction = _motion_of(direction)
     if options.get("flow_rule", "associative") != "associative":
         raise InputError("settlement analysis knows the associative flow rule only: its multipliers may be negative")
+    options = {name: value for name, value in options.items() if name != "flow_rule"}
     moved = group_of(assembly, support)
     i = moved[0]  # the first block owns the joints of all
     motion = direction.twist(assembly.centroids[i])
@@ -142,6 +152,7 @@ def least_reaction(
     all_move = {assembly.block_index(s.block) for s in assembly.supports} <= set(moved)
     if not single and all_move:
         raise InputError(f"every support moves {named}: name those that move, others stay, or move all along one axis")
+    refuse_other_options(options, (*GUIDED_OPTIONS, "torsion_limit", "verbose") if single else GUIDED_OPTIONS)
     guided = released(assembly, moved, tuple(np.flatnonzero(moves if single else np.ones(6, dtype=bool))))
     dead = np.array(loads.dead)
     dead[moved] = 0.0  # the weight of the support itself is no concern of the structure
@@ -158,7 +169,7 @@ def least_reaction(
     if single:
         prediction = whole_limit_analysis(guided, settling, check_dead_load=False, **options)
     else:
-        in_plane = options.get("in_plane") is not False
+        in_plane = options.get("in_plane") not in (False,)
         across = guides_across(guided, settling, seen[None], assembly.held[i], in_plane=in_plane)
         cases = np.zeros((len(across), *dead.shape))
         cases[:, i] = total * across[:, 0] * unit

@@ -9,7 +9,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from limitmason.answers.results import Prediction, Status
-from limitmason.checks import count, finite, several
+from limitmason.checks import count, finite, not_negative, several
 from limitmason.errors import InputError, NotConverged
 from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.model.assembly import Assembly
@@ -109,7 +109,7 @@ def strengthen(
     target : multiplier at which no more are added
     least_gain : gain below which a tie is not worth adding, over the multiplier or 1 [-]
     proof : programs spent at most on smaller choices that reach the target; 0 for none
-    options : of :func:`limitmason.limit.limit_analysis`
+    options : of :func:`limitmason.limit.limit_analysis`, associative
 
     Returns
     -------
@@ -121,7 +121,7 @@ def strengthen(
     Raises
     ------
     InputError
-        For no candidates, two of one name, and a ``most`` below 1.
+        For no candidates, two of one name, a ``most`` below 1, and another flow rule, where a tie may lower it.
     NotConverged
         Where a load case is not solved.
 
@@ -135,6 +135,10 @@ def strengthen(
     candidates = several("candidates", candidates, Tie)
     if target is not None:
         finite("target", target)
+    not_negative("least_gain", least_gain)
+    proof = count("proof", proof, least=0)
+    if options.get("flow_rule", "associative") != "associative":
+        raise InputError("strengthen knows the associative flow rule only: by another one a tie may lower a multiplier")
     ties = {tie.name or f"candidate {k}": tie for k, tie in enumerate(candidates)}
     if not ties or not cases:
         raise InputError("strengthen: give at least one candidate and one load case")

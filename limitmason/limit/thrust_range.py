@@ -13,7 +13,13 @@ from numpy.typing import ArrayLike
 from limitmason.answers.results import Prediction, Status
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.limit.settlement import guides_across, largest_multiplier, least_reaction
+from limitmason.limit.settlement import (
+    GUIDED_OPTIONS,
+    guides_across,
+    largest_multiplier,
+    least_reaction,
+    refuse_other_options,
+)
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_vector
 from limitmason.model.load import Loads
@@ -87,13 +93,15 @@ def thrust(
     Raises
     ------
     InputError
-        For a joint that does not exist, a support that is not held, live loads, and where no direction follows.
+        For a joint that does not exist or is named twice, a support that is not held, live loads, another option, and
+        where no direction follows.
 
     Notes
     -----
     Heyman's minimum and maximum thrust, with friction as the joints have it, associative. The real thrust lies between
     them, near the least once the supports have spread a little. Wrong for psi < phi: the range may then be narrower.
     """
+    refuse_other_options(options, GUIDED_OPTIONS)
     if not isinstance(cut, str | Sequence):
         raise InputError(f"cut: give joints by name, got {cut!r}")
     if (support is None) == (not cut):
@@ -103,6 +111,8 @@ def thrust(
         raise InputError("loads: a thrust is asked of dead loads; give them with case='dead'")
     if cut:
         joints = [_joint(assembly, name) for name in ([cut] if isinstance(cut, str) else cut)]
+        if len(set(joints)) < len(joints):
+            raise InputError(f"cut: a joint is named twice in {', '.join(cut)}")
         first, second = ([getattr(assembly.interfaces[k], f"block_{s}") for k in joints] for s in "ab")
         between = assembly.centroids[second].mean(axis=0) - assembly.centroids[first].mean(axis=0)
     else:
@@ -183,6 +193,7 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
 
     seen = np.tile([*d, 0.0, 0.0, 0.0], (m, 1))
     cutting = Loads(dead, pairs(seen / m), f"thrust through {', '.join(assembly.joint_names[k] for k in joints)}")
-    across = guides_across(made, cutting, seen, np.ones(6, dtype=bool), in_plane=options.get("in_plane") is not False)
+    in_plane = options.get("in_plane") not in (False,)
+    across = guides_across(made, cutting, seen, np.ones(6, dtype=bool), in_plane=in_plane)
     found = largest_multiplier(made, cutting, pairs(across), **options)
     return replace(found, method=cutting.name, collapse_multiplier=found.collapse_multiplier * total)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from limitmason.answers.results import ContactModel
 from limitmason.arrays import Array, Flags, Index
-from limitmason.checks import choice
+from limitmason.checks import choice, numbers
 from limitmason.errors import InputError
 from limitmason.mechanics import point_lattices as lattices
 from limitmason.mechanics.plane import Plane
@@ -246,12 +246,12 @@ def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Gr
     InputError
         For sizes that are not two whole numbers from 2 on, names that mean nothing, and kinds without an entry.
     """
-    if contact_model == "vertices":
-        # a side has its two ends alone
+    if contact_model == "vertices":  # a side has its two ends alone
         return np.full((len(kinds), 2), 2, dtype=np.intp)
     table = grid if isinstance(grid, Mapping) else dict.fromkeys(set(kinds.tolist()), grid)
     for name, size in table.items():
-        if np.shape(size) != (2,) or min(size) < 2 or any(int(s) != s for s in size):
+        counts = numbers(f"grid for {name!r}", size)
+        if counts.shape != (2,) or not (counts >= 2.0).all() or (counts != counts.round()).any():
             raise InputError(f"grid for {name!r} must be two whole numbers of at least 2, got {size!r}")
     walls = [name for name in table if name not in KINDS]
     names = [block.name for block in assembly.blocks]

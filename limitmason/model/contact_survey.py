@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from limitmason.arrays import Array, Flags, Index
-from limitmason.checks import positive
+from limitmason.checks import finite, positive
 from limitmason.errors import InputError
 from limitmason.geometry import contact
 from limitmason.geometry.closed_part import closed_centres
@@ -38,7 +38,7 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
     """
     if distance is not None:
         positive("distance", distance, "m")
-    if angle_deg is not None and not 0.0 < angle_deg < 90.0:
+    if angle_deg is not None and not 0.0 < finite("angle_deg", angle_deg) < 90.0:
         raise InputError(f"angle_deg must be between 0 and 90, got {angle_deg!r}")
     rules, blocks = assembly.contact_rules, assembly.blocks
     pieces = detection.pieces_of(blocks)

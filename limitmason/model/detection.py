@@ -12,7 +12,7 @@ import numpy as np
 from limitmason.arrays import Array, Index
 from limitmason.constants import RELATIVE_TOLERANCE
 from limitmason.errors import InputError
-from limitmason.geometry.contact import NEAR, ContactPatches, ContactRules, find_contacts
+from limitmason.geometry.contact import NEAR, ContactPatches, ContactRules, DoubtfulContact, find_contacts
 from limitmason.geometry.convex_parts import convex_parts, is_convex, largest_skew
 from limitmason.geometry.polyhedron import Solid, check_closed, check_solids, least_widths, mass_properties
 from limitmason.model.block import Block
@@ -145,6 +145,17 @@ def detect(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules, fl
     reach = near_miss_reach(pieces.widths, distances)
     _check_pieces(blocks, pieces, distances)
     return find_contacts(pieces.solids, pieces.owner, distances, rules=rules, reach=reach)
+
+
+def doubts_between(blocks: Sequence[Block], rules: ContactRules) -> tuple[DoubtfulContact, ...]:
+    """Doubts between blocks whose shapes are known to be right.
+
+    ``rules`` say what counts as a contact.
+    """
+    pieces = pieces_of(blocks)
+    distances = contact_distances(pieces.widths, rules)
+    reach = near_miss_reach(pieces.widths, distances)
+    return tuple(find_contacts(pieces.solids, pieces.owner, distances, rules=rules, reach=reach).doubts)
 
 
 def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, distances: Array) -> None:

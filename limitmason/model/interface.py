@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.checks import not_negative
+from limitmason.checks import not_negative, numbers
 from limitmason.errors import InputError
 from limitmason.geometry.polygon import axes_in_plane, clip_convex
 from limitmason.model.input import read_direction
@@ -42,8 +42,11 @@ class Interface(ReadOnly):
 
     def __post_init__(self) -> None:
         """Take polygon and normal as arrays of its own, which nobody changes."""
-        object.__setattr__(self, "polygon", owned(self.polygon))
-        object.__setattr__(self, "normal", owned(self.normal))
+        for name, shape in (("polygon", "(n, 3)"), ("normal", "(3,)")):
+            value = numbers(f"{name} of an interface", getattr(self, name))
+            if value.shape[-1:] != (3,) or value.ndim != len(shape.split(",")) - (name == "normal"):
+                raise InputError(f"{name} of an interface must have shape {shape}, got {value.shape}")
+            object.__setattr__(self, name, owned(getattr(self, name)))
 
     def __repr__(self) -> str:
         return f"<Interface of blocks {self.block_a} and {self.block_b}: {self.kind}, {self.area:.4g} m2, {self.joint}>"

@@ -79,7 +79,8 @@ class JointTerm:
         Parameters
         ----------
         tan_phi, tan_psi, cohesion, tension : without it, at the damage of the point
-        slip : plastic slip from where the point was made, before the step [m]
+        slip : distance of plastic slip from where the point was made, before the step [m]. It falls as the point slides
+            back: a term that wears by it alone then regains strength
         damage : 0 at the peak, 1 at residual values [-]
         numbers : of the term, in the order of its fields
         """

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -54,8 +54,7 @@ class Loads(LoadArrays):
         ----------
         assembly : its blocks are loaded, each at its centroid and along -z
         """
-        if not hasattr(assembly, "n_blocks"):
-            raise InputError(f"loads are made of an Assembly, got {type(assembly).__name__}")
+        _assembly(assembly)
         dead = np.zeros((assembly.n_blocks, 6))
         dead[:, 2] = -assembly.weights
         return cls(dead, np.zeros_like(dead), "self weight")
@@ -149,6 +148,7 @@ class Loads(LoadArrays):
         at : point of the block where the force acts [m], shape (3,); its centroid when not given
         case : "live" (scaled by the multiplier) or "dead"
         """
+        self._check_fits(assembly)
         i = assembly.block_index(block)
         f = numbers(f"force on block {block!r}", force)
         if f.shape != (3,) or not (np.abs(f) < LARGEST).all():
@@ -197,6 +197,7 @@ class Loads(LoadArrays):
         -----
         The force keeps its direction as the block turns; that of a fluid would turn with the face.
         """
+        self._check_fits(assembly)
         i = assembly.block_index(block)
         on = f"block {assembly.blocks[i].name!r}"
         pushes = Pressure.read(on, "traction", pressure, level, unit_weight) if traction is None else None
@@ -243,6 +244,7 @@ class Loads(LoadArrays):
         The force is spread over the area of the faces within the patch, not over that of the patch: a pressure of 1 Pa
         is laid on and scaled by force / area. See :func:`limitmason.model.patch_pressure.patch_forces`.
         """
+        self._check_fits(assembly)
         if force is None:
             pushes = Pressure.read("a patch", "force", pressure, level, unit_weight)
         elif (pressure, level, unit_weight) != (None, None, None):
@@ -283,6 +285,7 @@ class Loads(LoadArrays):
         -----
         Weight without strength, see :func:`limitmason.model.backfill.backfill_forces`.
         """
+        self._check_fits(assembly)
         forces = backfill_forces(assembly, level, density, lateral=lateral, blocks=blocks)
         return self._with(assembly, forces, case)
 
@@ -313,6 +316,7 @@ class Loads(LoadArrays):
         contact : length of the wheels on the fill, along x [m]
         case : "live" or "dead"
         """
+        self._check_fits(assembly)
         forces = axle_forces(
             assembly, finite("at", at), finite("force", force), level=finite("level", level), spread_deg=spread_deg,
             contact=contact,
@@ -328,6 +332,7 @@ class Loads(LoadArrays):
         force : downwards [N], >= 0
         block : the loading beam, a block named "beam" by default (``build.wall(..., top_beam=...)`` makes one)
         """
+        self._check_fits(assembly)
         down = not_negative("precompression force", force)
         return self.with_point_load(assembly, block, (0.0, 0.0, -down), case="dead")
 
@@ -350,24 +355,35 @@ class Loads(LoadArrays):
         blocks : names or numbers, or None for all
         case : "live" (scaled by the multiplier) or "dead"
         """
+        self._check_fits(assembly)
         rows = range(assembly.n_blocks) if blocks is None else map(assembly.block_index, read_fixed(blocks, "blocks"))
         forces = AppliedForces.none(assembly)
         for i in rows:
             forces.force[i] = assembly.weights[i] * read_vector("direction", direction)
         return self._with(assembly, forces, case)
 
+    def _check_fits(self, assembly: Assembly) -> None:
+        """Refuse what is no assembly, and one of another number of blocks."""
+        _assembly(assembly)
+        if len(self.dead) != assembly.n_blocks:
+            raise InputError(f"these loads are for {len(self.dead)} blocks, the assembly has {assembly.n_blocks}")
+
     def _with(self, assembly: Assembly, forces: AppliedForces, case: str, factor: float = 1.0) -> Loads:
         """These loads and further forces, added to the dead or the live part.
 
         Parameters
         ----------
-        assembly : that both are for; one of another number of blocks is an error
+        assembly : that both are for
         forces : to be added
         case : "dead" or "live"
         factor : on the forces [-]
         """
         choice("case", case, ("dead", "live"))
-        if len(self.dead) != assembly.n_blocks:
-            raise InputError(f"these loads are for {len(self.dead)} blocks, the assembly has {assembly.n_blocks}")
         parts = {case: factor * forces.wrench, f"{case}_arms": factor * forces.arms}
         return replace(self, **{name: getattr(self, name) + part for name, part in parts.items()})
+
+
+def _assembly(given: Any) -> None:
+    """Refuse what is no assembly, by the class that it has."""
+    if not hasattr(given, "n_blocks"):
+        raise InputError(f"loads are made of an Assembly, got {given if given is None else type(given).__name__}")

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.checks import finite, numbers
+from limitmason.checks import choice, finite, numbers
 from limitmason.errors import InputError
 from limitmason.geometry.rotation import axial
 from limitmason.storage.frozen import ReadOnly
@@ -72,6 +72,8 @@ class LoadArrays(ReadOnly):
         """
         if not isinstance(other, LoadArrays):
             return NotImplemented
+        if len(self.dead) != len(other.dead):
+            raise InputError(f"loads for {len(self.dead)} blocks and loads for {len(other.dead)} have no sum")
         name = " + ".join(n for n in (self.name, other.name) if n)
         return replace(self, name=name, **{k: getattr(self, k) + getattr(other, k) for k in _PARTS})
 
@@ -95,7 +97,11 @@ class LoadArrays(ReadOnly):
         ----------
         order : numbers of the blocks in this assembly, by their new numbers
         """
-        rows = np.asarray(order, dtype=np.intp)
+        given = numbers("order", order)
+        marks = np.asarray(order).dtype == bool
+        if marks or given.ndim != 1 or not ((given >= 0) & (given < len(self.dead)) & (given == np.round(given))).all():
+            raise InputError(f"order must be numbers of blocks, 0 to {len(self.dead) - 1}, got {order!r}")
+        rows = given.astype(np.intp)
         return replace(self, **{k: getattr(self, k)[rows] for k in _PARTS})
 
     def transformed(self, matrix: ArrayLike) -> Self:
@@ -125,6 +131,7 @@ class LoadArrays(ReadOnly):
 
         ``case`` is "dead" or "live".
         """
+        choice("case", case, ("dead", "live"))
         return np.hstack([getattr(self, case), getattr(self, f"{case}_arms").reshape(-1, 9)])
 
     def wrench_at(self, case: str, turn: Array) -> Array:
@@ -150,6 +157,7 @@ class LoadArrays(ReadOnly):
         Of parallel forces their centre. Of a couple and a force the point of the line of action nearest the centroid.
         Zero where no force acts. ``case`` is "dead" or "live".
         """
+        choice("case", case, ("dead", "live"))
         wrench, arms = getattr(self, case), getattr(self, f"{case}_arms")
         force, moment = wrench[:, :3], wrench[:, 3:]
         square = (force**2).sum(axis=1, keepdims=True)

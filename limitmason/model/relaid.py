@@ -42,9 +42,10 @@ def with_joint_laws(
     if isinstance(kinds, str) or not isinstance(kinds, Iterable | None):
         single = "the single word " if isinstance(kinds, str) else ""
         raise InputError(f"kinds must be several names such as ('bed', 'base'), got {single}{kinds!r}")
-    chosen = None if kinds is None else set(kinds)
-    for kind in chosen or ():
+    given = None if kinds is None else list(kinds)
+    for kind in given or ():
         choice("kinds", kind, _known(assembly.interfaces))
+    chosen = None if given is None else set(given)
     if isinstance(joints, Joint) or callable(joints):
         changed = _by_law(assembly.interfaces, joints, chosen)
     elif not isinstance(joints, Mapping):

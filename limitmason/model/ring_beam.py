@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import instance, switch
 from limitmason.errors import InputError
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.input import read_list, read_vector
@@ -74,23 +75,27 @@ def ring_beam(
     assembly : the structure
     points : corners of the beam's line [m], shape (n, 3), on blocks; where several blocks meet the first
         free one counts
-    closed : join the last point to the first
+    closed : join the last point to the first; it needs three points
     name : of the beam; its pieces are numbered
     options : strengths and stiffness, see :class:`Tie`; every piece has them
 
     Raises
     ------
     InputError
-        For fewer than two points, a point on no block, and a line none of whose pieces can pull.
+        For fewer than two points, or three of a closed one, a point on no block, and a line none of whose pieces can
+        pull.
 
     Notes
     -----
     The bending stiffness of a beam, which spreads load between its fastenings, is left out; a beam that rests on the
     wall as a body is a block of its own.
     """
+    instance("assembly", assembly, Blockwork)
     line = np.array([read_vector("point of a ring beam", p) for p in read_list("points", points)])
     if len(line) < 2:
         raise InputError("a ring beam needs two points or more, three coordinates each [m]")
+    if switch("closed", closed) and len(line) < 3:
+        raise InputError("a closed ring beam needs three points or more: two would be tied twice")
     owner = [_block_at(assembly, p) for p in line]
     names = [assembly.blocks[block].name for block in owner]
     pairs = list(itertools.pairwise(range(len(line)))) + ([(len(line) - 1, 0)] if closed else [])

@@ -1,7 +1,9 @@
 """Supports: which of a block's six degrees of freedom are held."""
 
+from collections.abc import Iterable
 from dataclasses import KW_ONLY, dataclass
 
+from limitmason.checks import switch
 from limitmason.errors import InputError
 
 DEGREES_OF_FREEDOM = ("x", "y", "z", "rx", "ry", "rz")
@@ -34,6 +36,12 @@ class Support:
 
     def __post_init__(self) -> None:
         """Take single degrees of freedom as a tuple, and check that something is held."""
+        if not isinstance(self.dofs, Iterable):
+            raise InputError(
+                f"support of block {self.block!r}: dofs must be names out of {DEGREES_OF_FREEDOM}, got {self.dofs!r}"
+            )
+        for name in ("translations", "rotations"):
+            switch(f"support of block {self.block!r}: {name}", getattr(self, name))
         names = (self.dofs,) if isinstance(self.dofs, str) else tuple(self.dofs)
         unknown = [d for d in names if d not in DEGREES_OF_FREEDOM]
         if unknown:

@@ -121,7 +121,7 @@ def _row(points: Sequence[Mapping[str, Any]], number: int, result: Any) -> dict[
     result : what the function returned
     """
     shown, row = _shown(points[number]), as_row(result)
-    if isinstance(result, Mapping) and (lost := [k for k in shown if k in row and row[k] != shown[k]]):
+    if lost := [k for k in shown if k in row and row[k] != shown[k]]:
         raise InputError(f"the function returns {lost[0]!r}, which is the name of a parameter: call it otherwise")
     return {**shown, **row}
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from limitmason.display.notebook import Displayed, html_table
 from limitmason.display.text_table import abridged, aligned
+from limitmason.errors import InputError
 from limitmason.storage.csv_table import Tabular, write_table
 
 
@@ -47,7 +48,7 @@ class Table(Displayed, Tabular):
         Numbers missing in a row are NaN.
         """
         if column not in self.columns:
-            raise KeyError(f"the table has no column {column!r}; columns: {', '.join(self.columns)}")
+            raise InputError(f"the table has no column {column!r}; columns: {', '.join(self.columns)}")
         values = [row.get(column) for row in self.rows]
         if all(v is None or (isinstance(v, (int, float)) and not isinstance(v, bool)) for v in values):
             return np.array([np.nan if v is None else v for v in values], dtype=float)
@@ -70,7 +71,7 @@ class Table(Displayed, Tabular):
         """Only the rows whose columns have the given values."""
         for name in wanted:
             if name not in self.columns:
-                raise KeyError(f"the table has no column {name!r}; columns: {', '.join(self.columns)}")
+                raise InputError(f"the table has no column {name!r}; columns: {', '.join(self.columns)}")
         kept = tuple(r for r in self.rows if all(_same(r.get(k), v) for k, v in wanted.items()))
         return Table(kept, self.units, self.notes)
 

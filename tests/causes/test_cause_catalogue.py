@@ -186,6 +186,21 @@ def test_a_unit_is_missing_from_both_sides_of_the_wall_that_it_stands_in(plan, b
     assert given.arrays.area == pytest.approx(thin.arrays.area, rel=1e-12)
 
 
+@pytest.mark.parametrize(("bond", "name", "across"), [
+    ("english", "facade-01-01", 1), ("english", "return-left-02-01", 0), ("header", "facade-01-02", 1),
+])
+def test_a_header_at_a_corner_is_missing_from_the_sides_of_its_own_wall(bond, name, across):
+    made = lm.build.wall(
+        length=1.6, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0), plan="L", bond=bond, return_length=1.6
+    )
+    thin, _ = catalogue.missing_unit(unit=name).apply(0.5, made, lm.Loads.horizontal(made))
+    part, k = np.array([1.0, 1.0, 1.0]), made.block_index(name)
+    part[across] = 0.5
+    for before, after in zip(made.interfaces, thin.interfaces, strict=True):
+        if k in (before.block_a, before.block_b) and abs(before.normal[2]) > 0.5:
+            assert np.ptp(after.polygon, axis=0) == pytest.approx(part * np.ptp(before.polygon, axis=0), abs=1e-12)
+
+
 def test_bond_is_cohesion_and_tension_of_mortar():
     made, loads = softening_wall()
     law = extend("bond strength", 0.5, (made, loads))[0].interfaces[0].joint

@@ -298,3 +298,29 @@ def test_steps_keep_to_the_largest_and_another_control_is_no_start():
 def test_what_a_solid_would_pass_over_is_refused(given, message):
     with pytest.raises(InputError, match=message):
         Continuum.from_boxes([Box(np.zeros(3), np.array([0.2, 0.1, 0.6]))], MASONRY, **{"size": 0.3, **given})
+
+
+def test_a_load_that_does_not_move_the_control_is_refused():
+    with pytest.raises(InputError, match=r"does not move the point \(0.2, 0.05, 0.6\) along \(0.0, 1.0, 0.0\)"):
+        push(column(0.1), control=((0.2, 0.05, 0.6), (0, 1, 0)), to=1e-4)
+
+
+def test_a_couple_has_a_multiplier_and_no_load_even_where_its_resultant_is_rounding():
+    solid = Continuum.from_boxes([Box(np.zeros(3), np.array([0.2, 0.1, 0.6]))], MASONRY, size=0.1)
+    for patch in ([(0, 0, 0.5), (0, 0, 0.6), (0, 0.03, 0.6), (0, 0.03, 0.5)],
+                  [(0.2, 0.03, 0.37), (0.2, 0.1, 0.37), (0.2, 0.1, 0.6), (0.2, 0.03, 0.6)]):
+        solid = solid.with_patch_pressure(patch, force=1e3 / 3.0)
+    assert 0.0 < np.abs(solid.live.sum(axis=0)).max() < 1e-9
+    curve = push(solid, control=((0.2, 0.1, 0.6), (-1, 0, 0)), to=1e-5)
+    assert curve.load_unit == "-"
+    assert curve.load.tolist() == curve.multiplier.tolist()
+
+
+def test_planes_that_come_one_by_one_are_followed():
+    boxes = [Box(np.zeros(3), np.array([0.2, 0.1, 0.6]))]
+    given = Continuum.from_boxes(boxes, MASONRY, size=0.1, planes=[(2, 0.25)])
+    one_by_one = Continuum.from_boxes(boxes, MASONRY, size=0.1, planes=iter([(2, 0.25)]))
+    assert len(given.mesh) == len(one_by_one.mesh) == 14
+    for wrong, message in (((2, np.nan), "planes: give pairs"), ((2, "a"), "planes must be numbers")):
+        with pytest.raises(InputError, match=message):
+            Continuum.from_boxes(boxes, MASONRY, size=0.1, planes=[wrong])

@@ -11,6 +11,8 @@ from format_models import GROUND, JOINT, LIP, PIER, SIMPLE, make_assembly, make_
 from limitmason import Assembly, Joint, Loads, Support, formats
 from limitmason.answers.acceptance import Certificate
 from limitmason.answers.results import Prediction
+from limitmason.build import column
+from limitmason.errors import InputError
 
 # ---- native JSON ------------------------------------------------------------------------------------------------
 
@@ -287,3 +289,19 @@ def test_keys_of_another_form_of_file_are_refused(tmp_path):
         formats.write_json(tmp_path / "m.json", make_assembly())
         with pytest.raises(ValueError, match=message):
             formats.read_json(_changed(tmp_path / "m.json", change))
+
+
+def test_options_that_a_reader_does_not_have_are_refused(tmp_path):
+    wall = column(width=0.3, depth=0.3, unit_height=0.2, courses=2, joint=JOINT)
+    formats.write(tmp_path / "a.json", wall)
+    with pytest.raises(InputError, match="a .json file is not read with 'scale'; it has no options"):
+        formats.read(tmp_path / "a.json", scale=2)
+    with pytest.raises(InputError, match="'layers'; options: scale, up"):
+        formats.read(tmp_path / "a.obj", layers="x")
+
+
+def test_a_model_that_no_file_may_hold_is_not_written(tmp_path):
+    wall = column(width=0.3, depth=0.3, unit_height=0.2, courses=2, joint=JOINT)
+    with pytest.raises(InputError, match="block 'column-1' floats"):
+        formats.write(tmp_path / "a.json", wall.with_interfaces([]))
+    assert not (tmp_path / "a.json").exists()

@@ -220,3 +220,18 @@ def test_groups_that_make_no_sense_are_refused_by_name(support, message):
     rolling = made.with_supports([lm.Support.fixed(0), lm.Support(1, translations=True)])
     with pytest.raises(InputError, match="'block-1' is not wholly held"):
         lm.settlement_analysis(rolling, [0, 1])
+
+
+@pytest.mark.parametrize("direction", ["-z", lm.SupportMotion((1e-3, 0.0, -1.0))])
+def test_what_no_reaction_holds_up_falls_beside_a_support_that_stays(direction):
+    solids = [box((-0.2, -0.1, -0.2), (0.8, 0.3, 0)), box((0.8, -0.1, -0.2), (1.8, 0.3, 0)),
+              box((0, 0, 0), (1.6, 0.2, 0.3)), box((1.3, 0, 0.3), (2.6, 0.2, 0.5))]
+    names = ["left", "right", "beam", "over"]
+    made = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(35.0), names=names, fixed=["left", "right"])
+    found = lm.settlement_analysis(made, "right", direction=direction)
+    assert found.status == "cannot stand under dead load"
+    assert found.details["falling_margin"] > 0.1
+    # a motion of the support would prove only that the structure falls where it has no reaction at all
+    twists = np.abs(found.mechanism.twists)
+    assert twists[1].max() < 1e-6 * twists.max()
+    assert "right" not in found.details["falling_blocks"]

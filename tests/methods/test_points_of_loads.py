@@ -6,6 +6,7 @@ import pytest
 import limitmason as lm
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.path_loads import PathLoads
+from limitmason.errors import InputError
 from limitmason.geometry import box
 from limitmason.geometry.rotation import rotation_matrices
 
@@ -184,3 +185,19 @@ def test_the_tangent_of_turning_arms_is_the_derivative_of_their_moments():
 
     differences = np.column_stack([(wrench(h * d) - wrench(-h * d)) / (2 * h) for d in spin])
     assert path.load_tangent(Pose(still[0], turn, still[1]), 0.7)[0][:, 3:] == pytest.approx(differences, abs=1e-4)
+
+
+def test_a_couple_whose_forces_cancel_but_for_rounding_is_a_couple():
+    pier = lm.build.column(
+        width=0.3, depth=0.3, unit_height=0.2, courses=2,
+        joint=lm.Joint(30.0, normal_stiffness=1e9, shear_stiffness=5e8),
+    )
+    top, foot = (pier.centroids[2] + [0.0, 0.0, z] for z in (0.1, -0.1))
+    loads = lm.Loads.weight(pier).with_point_load(pier, 2, (0.1 + 0.2, 0.0, 0.0), at=top)
+    for force in (-0.1, -0.2):
+        loads = loads.with_point_load(pier, 2, (force, 0.0, 0.0), at=foot)
+    assert 0.0 < loads.live[2, 0] < 1e-16
+    moment = lm.limit_analysis(pier, loads).collapse_multiplier * loads.live[2, 4]
+    assert lm.predict(pier, loads, "dem").collapse_multiplier * loads.live[2, 4] == pytest.approx(moment, rel=2e-3)
+    with pytest.raises(InputError, match="no live force acts"):
+        lm.pushover(pier, loads, to=1e-4)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import limitmason as lm
+from limitmason.build.variants import displaced, resized
 from limitmason.figures import contacts, style
 from limitmason.geometry import box
 from limitmason.model.contact_report import NearMiss
@@ -407,3 +408,21 @@ def test_a_short_label_of_a_near_miss_does_not_cover_a_long_one():
     first, second = (Text.get_window_extent(text, figure.canvas.get_renderer()) for text in ax.texts)
     assert first.width > 50.0 / 72.0 * figure.dpi
     assert not first.overlaps(second)
+
+
+def test_near_misses_go_along_where_blocks_are_resized_or_displaced():
+    outlines = [[(0, 0), (1, 0), (1, 0.2), (0, 0.2)], [(0, 0.2), (1, 0.2), (1, 0.5), (0, 0.5)],
+                [(0, 0.501), (1, 0.501), (1, 0.8), (0, 0.8)], [(1, 0.2), (1.3, 0.2), (1.3, 0.8), (1, 0.8)]]
+    with pytest.warns(lm.ContactWarning):
+        wall = lm.Assembly.from_polygons(outlines, thickness=0.3, joint=lm.Joint(30.0), fixed=[0, 3])
+    (before,) = wall.near_misses
+    (after,) = resized(wall, (2.0, 1.0, 3.0)).near_misses
+    assert after.place == pytest.approx(before.place * (2.0, 1.0, 3.0))
+    assert after.gap[1] == pytest.approx(3.0 * before.gap[1])
+    assert after.area == pytest.approx(2.0 * before.area)
+    u = np.zeros((4, 6))
+    u[:, 0] = 10.0
+    (after,) = displaced(wall, u).near_misses
+    assert after.place == pytest.approx(before.place + (10.0, 0.0, 0.0))
+    u[2, 2] = -0.001  # the gap closes
+    assert not [d for d in displaced(wall, u).doubts if d.kind == "apart"]

@@ -130,6 +130,8 @@ def test_a_ring_beam_fastens_every_point_to_the_block_it_lies_in():
     assert [(t.block_a, t.block_b) for t in beam] == [("block-2", "block-1"), ("block-1", "block-3")]
     assert [t.name for t in beam] == ["ring beam 1", "ring beam 3"]
     assert len(lm.ring_beam(house, line, closed=True, yield_force=1e3)) == 3
+    with pytest.raises(ValueError, match="closed ring beam needs three points"):
+        lm.ring_beam(house, line[:2], closed=True, yield_force=1e3)
     with pytest.raises(ValueError, match="lies in no block"):
         lm.ring_beam(house, [(0.15, 0.5, 1.0), (0.15, 0.15, 1.0)], yield_force=1e3)
     with pytest.raises(ValueError, match="joins two blocks"):

@@ -7,8 +7,9 @@ import pytest
 
 import dem
 import limitmason as lm
+from limitmason.calibration.joint_model import JointModel
 from limitmason.capacity import Steps
-from limitmason.diagnosis import Noise
+from limitmason.diagnosis import Noise, Study
 from limitmason.diagnosis.simulate import several
 from limitmason.errors import InputError
 
@@ -24,6 +25,8 @@ DRAWN = lm.study.Random(lm.study.uniform(1.0, 2.0))
 ONE = lm.Parameter("x", 1.0, (0.5, 2.0))
 HOLD = dem.Hold(3)
 PLATE, JACK = dem.Drive({1: {"x": 1.0}}), dem.Servo(5e3)
+PAIR = W.with_supports([lm.Support(1, dofs=("x",))])
+TURN = lm.SupportMotion(rotation=(0, 1, 0))
 UNIT = {"unit": (0.4, 0.2, 0.2), "joint": J}
 
 
@@ -213,6 +216,53 @@ WRONG = {
     "half a course": (lambda _: lm.mechanisms.stack(width=1, course_height=1, courses=2.5, friction=1), "courses must"),
     "no course": (lambda _: lm.mechanisms.sloping_crack_limit(0.6, 1.0, 0), "courses must be a whole number"),
     "half a tie": (lambda _: lm.strengthen(W, L, [TIE], most=1.5), "most must be a whole number of at least 1"),
+    "plane as text": (lambda _: lm.limit_analysis(W, L, in_plane="no"), "in_plane must be True or False, got 'no'"),
+    "dead check": (lambda _: lm.limit_analysis(W, L, check_dead_load="no"), "check_dead_load must be True or False"),
+    "verbose as text": (lambda _: lm.limit_analysis(W, L, verbose="no"), "verbose must be True or False"),
+    "proof as text": (lambda _: lm.limit_analysis(W, L, "non-associative", prove="no"), "prove must be True or False"),
+    "path as text": (lambda _: lm.stability(W, path="no"), "path must be True or False"),
+    "soil as list": (lambda _: lm.codes.GroundSpectrum(0.1, 2.5, 0.3, soil=[1]), "soil must be one of"),
+    "sample outside": (lambda _: lm.Curve([0, 1], [0, 1]).point(7), "number of a sample, 0 to 1, got 7"),
+    "sample by name": (lambda _: lm.Curve([0, 1], [0, 1]).point("x"), "number of a sample, 0 to 1, got 'x'"),
+    "no column": (lambda _: lm.study.Table(({"a": 1},))["x"], "no column 'x'; columns: a"),
+    "no column, where": (lambda _: lm.study.Table(({"a": 1},)).where(x=1), "no column 'x'; columns: a"),
+    "width as text": (lambda _: lm.figures.print_style("a").__enter__(), "width must be a finite number, got 'a'"),
+    "load on nothing": (lambda _: L.with_point_load(None, 1, (1, 0, 0)), "loads are made of an Assembly, got None"),
+    "block outside": (lambda _: L.of_blocks([99]), "order must be numbers of blocks, 0 to 5"),
+    "block from the end": (lambda _: L.of_blocks([-1]), "order must be numbers of blocks"),
+    "half a block": (lambda _: L.of_blocks([1.5]), "order must be numbers of blocks"),
+    "blocks as marks": (lambda _: L.of_blocks([True, False]), "order must be numbers of blocks"),
+    "freedom by number": (lambda _: lm.Support(0, dofs=3), "block 0: dofs must be names out of"),
+    "held as text": (lambda _: lm.Support(0, translations="no"), "translations must be True or False"),
+    "method of a model": (lambda _: JointModel(W, "foo", L), "unknown method 'foo'"),
+    "progress as text": (lambda _: dem.simulate(W, HOLD, progress="x"), "progress must be a function"),
+    "option of a thrust": (lambda _: lm.thrust(W, 0, direction=(1, 0, 0), torsion_limit=True), "'torsion_limit' is no"),
+    "option of a settlement": (lambda _: lm.settlement_analysis(W, 0, check_dead_load=True), "'check_dead_load' is no"),
+    "option of a turn": (lambda _: lm.settlement_analysis(PAIR, 0, direction=TURN, verbose=True), "'verbose' is no"),
+    "a joint twice": (lambda _: lm.thrust(W, cut=W.joint_names[:1] * 2), "cut: a joint is named twice"),
+    "ties that may harm": (lambda _: lm.strengthen(W, L, [TIE], flow_rule="non-associative"), "associative flow rule"),
+    "proof in words": (lambda _: lm.strengthen(W, L, [TIE], proof="all"), "proof must be a finite number"),
+    "one axle": (lambda _: lm.axle_envelope(W, lm.Loads.weight(W), 3, level=1.0), "axles must be a list, got 3"),
+    "rows of places": (lambda _: lm.axle_envelope(W, lm.Loads.weight(W), [(0, 1)], level=1, positions=[[0, 1]]),
+                       "positions must be finite numbers"),
+    "no place": (lambda _: lm.axle_envelope(W, lm.Loads.weight(W), [(0, 1)], level=1, positions=[NAN]), "positions"),
+    "inputs in a list": (lambda _: Study([{}] * 2, BUILD, [1, 2], Noise(0.1), nuisance=["a"]), "nuisance must be"),
+    "true metres": (lambda _: lm.build.wall(length=True, courses=2, **UNIT), "length must be a finite number"),
+    "ragged box": (lambda _: lm.build.wall(length=2, courses=2, plan="box", return_length=1, ends="ragged", **UNIT),
+                   "closed plan has no free end"),
+    "ragged in words": (lambda _: lm.build.layout(["1 1"], ragged="no", **UNIT), "ragged must be True or False"),
+    "dense in words": (lambda _: lm.build.layout(["1"], top_beam=0.1, beam_density="a", **UNIT), "of block 'beam'"),
+    "floor on nothing": (lambda _: lm.build.with_floor(None, mass=1.0, joint=J), "assembly must be an Assembly"),
+    "cracks in nothing": (lambda _: lm.build.with_potential_cracks(None, {}, J), "assembly must be an Assembly"),
+    "ring through the axis": (lambda _: lm.build.dome(radius=1, thickness=1.5, courses=3, lunes=6, joint=J), "no room"),
+    "loads of another wall": (lambda _: L + L.of_blocks([0]), "loads for 6 blocks and loads for 1 have no sum"),
+    "rows of no case": (lambda _: L.rows("x"), "case must be one of 'dead', 'live'"),
+    "kinds in a list": (lambda _: W.with_joints(J, kinds=[["bed"]]), "kinds must be one of"),
+    "angle in words": (lambda _: W.contact_report(angle_deg="x"), "angle_deg must be a finite number"),
+    "beam on nothing": (lambda _: lm.ring_beam(None, [(0, 0, 0)] * 2, yield_force=1), "assembly must be a Blockwork"),
+    "polygon in words": (lambda _: lm.Interface(0, 1, "x", (0, 0, 1), J, "bed"), "polygon of an interface must be"),
+    "flat normal": (lambda _: lm.Interface(0, 1, SQUARE, (0, 0, 1), J, "bed"), r"polygon of an interface must have"),
+    "points in words": (lambda _: lm.limit_analysis(W, L, contact_model="grid", grid=("a", 3)), "must be numbers, got"),
     "settlement of nothing": (lambda _: lm.settlement_analysis(W, None), "support"),
 }
 

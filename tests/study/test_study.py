@@ -225,6 +225,7 @@ def test_a_study_takes_an_iterator_for_every_method_it_runs():
     (lambda: study.Random(stats.norm), "frozen"),
     (lambda: study.normal(0.0, 0.1), "mean of 0"),
     (lambda: study.sweep(lambda x: {"x": 7}, {"x": [1]}), "'x', which is the name of a parameter"),
+    (lambda: study.sweep(lambda value: 7, {"value": [1]}), "'value', which is the name of a parameter"),
     (lambda: study.sweep(square, {}), "no parameters"),
     (lambda: study.sweep(square, []), "no points"),
     (lambda: study.dilatancy_study(*make_wall(), (0.0, 1.1)), "psi / phi"),

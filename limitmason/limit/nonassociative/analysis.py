@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.answers.results import FlowRule, Prediction, Status
 from limitmason.arrays import Array
-from limitmason.checks import choice, count, positive
+from limitmason.checks import choice, count, positive, switch
 from limitmason.display.progress import noted
 from limitmason.errors import InputError
 from limitmason.limit.associative import solve_associative
@@ -144,6 +144,9 @@ def solve_nonassociative(
     count("seed", seed, least=0)
     if progress is not None and not callable(progress):
         raise InputError(f"progress must be a function of a trial, got {progress!r}")
+    for name, asked in (("prove", prove), ("measure_jump", measure_jump)):
+        if asked is not None:
+            switch(name, asked)
     for name, number in (("time_limit", time_limit), ("proof_seconds", proof_seconds)):
         if number is not None and number != np.inf:
             positive(name, number)

@@ -14,6 +14,7 @@ from scipy import sparse
 
 from limitmason.answers.results import Bound, BoundKind, ContactModel, Mechanism, Prediction, Resultants, Status
 from limitmason.arrays import Array, Flags, Index
+from limitmason.checks import switch
 from limitmason.errors import InputError
 from limitmason.limit.program.face_cells import Cells, whole_faces, with_cells
 from limitmason.mechanics.certificate import Kinematics, kinematic_multiplier
@@ -267,8 +268,9 @@ def _checked_plane(
         )
     if not assembly.interfaces:
         raise InputError("the assembly has no interfaces: no two blocks touch")
-    plane = find_plane(assembly, loads, cases.reshape(-1, 6)) if in_plane is not False else None
-    if in_plane and plane is None:
+    wanted = None if in_plane is None else switch("in_plane", in_plane)
+    plane = find_plane(assembly, loads, cases.reshape(-1, 6)) if wanted is not False else None
+    if wanted and plane is None:
         raise InputError(
             "in_plane=True, but blocks, rectangular interfaces and loads are not all symmetric about one plane"
         )
