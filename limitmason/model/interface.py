@@ -42,11 +42,12 @@ class Interface(ReadOnly):
 
     def __post_init__(self) -> None:
         """Take polygon and normal as arrays of its own, which nobody changes."""
-        for name, shape in (("polygon", "(n, 3)"), ("normal", "(3,)")):
-            value = numbers(f"{name} of an interface", getattr(self, name))
-            if value.shape[-1:] != (3,) or value.ndim != len(shape.split(",")) - (name == "normal"):
+        for name, axes, shape in (("polygon", 2, "(n, 3)"), ("normal", 1, "(3,)")):
+            given = getattr(self, name)
+            value = owned(given if isinstance(given, np.ndarray) else numbers(f"{name} of an interface", given))
+            if value.ndim != axes or value.shape[-1] != 3:
                 raise InputError(f"{name} of an interface must have shape {shape}, got {value.shape}")
-            object.__setattr__(self, name, owned(getattr(self, name)))
+            object.__setattr__(self, name, value)
 
     def __repr__(self) -> str:
         return f"<Interface of blocks {self.block_a} and {self.block_b}: {self.kind}, {self.area:.4g} m2, {self.joint}>"
