@@ -152,8 +152,16 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         """The point at a sample.
 
         Negative numbers count from the end.
+
+        Raises
+        ------
+        InputError
+            Where the curve has no sample of that number.
         """
-        i = range(len(self))[index]
+        try:
+            i = range(len(self))[index]
+        except (IndexError, TypeError):
+            raise InputError(f"sample {index!r} is not one of the {len(self)} samples of the curve") from None
         return CurvePoint(i, float(self.displacement[i]), float(self.load[i]))
 
     @property

@@ -220,3 +220,11 @@ def test_groups_that_make_no_sense_are_refused_by_name(support, message):
     rolling = made.with_supports([lm.Support.fixed(0), lm.Support(1, translations=True)])
     with pytest.raises(InputError, match="'block-1' is not wholly held"):
         lm.settlement_analysis(rolling, [0, 1])
+
+
+def test_the_reaction_of_a_turn_is_a_moment():
+    piers = [box((0, 0, -1), (1, 1, 0)), box((3, 0, -1), (4, 1, 0)), box((0, 0, 0), (4, 1, 0.5))]
+    made = lm.Assembly.from_polyhedra(piers, joint=JOINT, fixed=[0, 1])
+    turn = lm.settlement_analysis(made, 1, direction=lm.SupportMotion(rotation=(0.0, 1.0, 0.0), about=(3.0, 0.5, 0.0)))
+    assert turn.answer == f"least reaction {turn.reaction.least:.6g} N m"
+    assert lm.settlement_analysis(made, 1).answer.endswith(" N")
