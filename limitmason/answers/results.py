@@ -23,10 +23,7 @@ from limitmason.storage.frozen import ReadOnly
 
 
 class Status(StrEnum):
-    """How an analysis ended.
-
-    Decided by what can be certified, not by what a solver says of itself.
-    """
+    """How an analysis ended, by what can be certified, not by what a solver says."""
 
     SOLVED = "solved"
     ALMOST_SOLVED = "almost solved"
@@ -120,12 +117,14 @@ class Reaction(NamedTuple):
     by_mechanism : lower bound that a mechanism proves, in the same unit
     by_forces : upper bound that admissible forces prove, in the same unit
     stands_without : whether the structure stands without the support
+    unit : of the three, "N" or "N m"
     """
 
     least: float = math.nan
     by_mechanism: float = math.nan
     by_forces: float = math.nan
     stands_without: bool = False
+    unit: str = "N"
 
 
 def member_of(kind: type[StrEnum], text: str, field_: str) -> StrEnum:
@@ -368,7 +367,8 @@ class Prediction(Displayed, Citable, ReadOnly):
         """The number and its name: the multiplier, or the reaction of a support."""
         if self.reaction is None:
             return f"lambda = {self.collapse_multiplier:.6g}"
-        return "no reaction" if math.isnan(self.reaction.least) else f"least reaction {self.reaction.least:.6g} N"
+        least, unit = self.reaction.least, self.reaction.unit
+        return "no reaction" if math.isnan(least) else f"least reaction {least:.6g} {unit}"
 
     def __str__(self) -> str:
         """Multiplier, what it is, and its certificate."""
@@ -394,6 +394,6 @@ class Prediction(Displayed, Citable, ReadOnly):
         rows = str(self.certificate).splitlines()
         if self.reaction is None or math.isnan(self.reaction.by_forces):
             return rows
-        ends = {"mechanism": self.reaction.by_mechanism, "forces": self.reaction.by_forces}
-        own = [f"{f'reaction by the {name}':<{LABEL_WIDTH}}{value:.8g} N" for name, value in ends.items()]
+        ends, unit = {"mechanism": self.reaction.by_mechanism, "forces": self.reaction.by_forces}, self.reaction.unit
+        own = [f"{f'reaction by the {name}':<{LABEL_WIDTH}}{value:.8g} {unit}" for name, value in ends.items()]
         return [r for r in rows if " multiplier" not in r] + own

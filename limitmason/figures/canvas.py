@@ -126,7 +126,7 @@ class Canvas:
     def load(self, loads: Loads | None, label: str = "live load") -> list[Line2D]:
         """Draw the resultant of the live loads where it acts, and return its entry.
 
-        The entry is for the legend, by ``label``, or none.
+        The entry is for the legend, by ``label``, or none. A resultant that acts off the page has none.
         """
         found = resultant(self.model, loads)
         if found is None:
@@ -139,6 +139,12 @@ class Canvas:
         halo = effects.withStroke(linewidth=3.6, foreground="white")
         arrow = {"arrowstyle": "-|>", "linewidth": 1.8, "color": style.BLACK, "shrinkA": 0.0, "shrinkB": 0.0,
                  "mutation_scale": 11.0, "path_effects": [halo]}
+        low, high = self.window if self.plane is not None else (self.layout.low, self.layout.high)
+        places = (tail, tail - along)  # with its tail where the load acts, or else its tip, as far as that is drawn
+        shown = [p for p in places if (low <= p + along).all() and (p + along <= high).all()]
+        if not shown:
+            return []
+        tail = shown[0]
         self.ax.annotate("", tuple(tail + along), tuple(tail), arrowprops=arrow, zorder=6.0, gid="load")
         return [Line2D([], [], color=style.BLACK, linewidth=1.8, marker=">", markevery=[1], label=label)]
 
@@ -149,10 +155,16 @@ class Canvas:
         else:
             elevation.set_frame(self.ax, self.drawing, self.window)
 
-    def handles(self, joints: MovingJoints | None = None, *, ghost: bool = False) -> list[Patch | Line2D]:
-        """Legend entries for what is really in the drawing."""
+    def handles(
+        self, joints: MovingJoints | None = None, *, ghost: bool = False, moves: bool = True
+    ) -> list[Patch | Line2D]:
+        """Legend entries for what is really in the drawing.
+
+        ``moves`` tells whether blocks in the colour of stone are those that move.
+        """
         fixed, hatch = bool(self.model.fixed.any()), self.plane is not None
-        apart = (("block moves", style.STONE), ("block stands still", style.STILL)) if self._told_apart else ()
+        told = (("block moves", style.STONE), ("block stands still", style.STILL))
+        apart = told if self._told_apart and moves else ()
         blocks = [Patch(facecolor=c, edgecolor=style.OUTLINE, linewidth=0.4, label=label) for label, c in apart]
         return [*blocks, *elevation.joint_handles(joints, fixed=fixed, ghost=ghost, hatch=hatch)]
 

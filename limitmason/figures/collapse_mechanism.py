@@ -6,6 +6,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from limitmason.answers.results import Prediction
+from limitmason.checks import not_negative
 from limitmason.figures import elevation, style
 from limitmason.figures.canvas import Canvas
 from limitmason.figures.painter import VIEWPOINT_DEG
@@ -110,6 +111,7 @@ def mechanism(
     A mechanism is a rate: only directions and proportions count. Finite displacements overlap or open second-order gaps
     at joints between two rotating blocks.
     """
+    not_negative("threshold", threshold)
     twists = checked_twists(model, prediction)
     motion = drawn_motion(model, twists, scale)
     rates = largest_rates(model, twists)

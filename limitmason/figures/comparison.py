@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from limitmason.checks import choice
+from limitmason.checks import finite as finite_number
 from limitmason.comparison.rows import Row as Compared
 from limitmason.errors import InputError
 from limitmason.figures import style
@@ -52,7 +53,7 @@ def comparison_rows(rows: Iterable[Sequence[Any]]) -> list[ComparedValue]:
     """
     out = []
     for number, row in enumerate(rows):
-        items = list(row)
+        items = list(row) if isinstance(row, Iterable) else []
         if not 3 <= len(items) <= 4:
             raise InputError(f"row {number}: expected (label, published, predicted[, group]), got {row!r}")
         label = str(items[0])
@@ -158,7 +159,7 @@ def predicted_against_published(
         When a row is malformed, none is finite, or a logarithmic axis meets a value that is not positive.
     """
     choice("labels", labels, LABELS)
-    if not 0.0 <= band < 1.0:
+    if not 0.0 <= finite_number("band", band) < 1.0:
         raise InputError(f"band must be a fraction from 0 to 1, got {band!r}")
     table = comparison_rows(rows)
     finite = [r for r in table if np.isfinite(r.published).all() and np.isfinite(r.predicted).all()]

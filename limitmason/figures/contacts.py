@@ -90,7 +90,9 @@ def contact_report(
         misses = report.near_misses[:_LABELLED]
         named = [(m, _MISS) for m in misses] + [(m, _WEDGE) for m in report.kept[: _LABELLED - len(misses)]]
         _label(page, named, axes)
-    return page.finish(title, _caption(report), [*_handles(report, plane=plane is not None), *canvas.handles()])
+    return page.finish(
+        title, _caption(report), [*_handles(report, plane=plane is not None), *canvas.handles(moves=False)]
+    )
 
 
 def _lines(
@@ -216,5 +218,6 @@ def _handles(report: ContactReport, *, plane: bool) -> list[Patch | Line2D]:
         for rows, colour, label, look in entries if rows
     ]
     if report.floating:
-        handles.append(Patch(facecolor=_FLOATS, edgecolor=style.OUTLINE, linewidth=0.5, label="floats"))
+        colour = _FLOATS if plane else style.STONE
+        handles.append(Patch(facecolor=colour, edgecolor=style.OUTLINE, linewidth=0.5, label="floats"))
     return handles

@@ -15,6 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
+from limitmason.checks import finite, instance, numbers, positive
 from limitmason.continuum import Continuum
 from limitmason.errors import InputError
 from limitmason.figures import style
@@ -48,9 +49,10 @@ def solid_map(
     Parameters
     ----------
     model : the solid
-    values : one per brick, shape (m,), or per integration point, shape (m, q), of which the largest of a brick counts
+    values : one per brick, shape (m,), or per integration point, shape (m, q), of which that of the
+        largest size in a brick counts, with its sign
     displacement : of the nodes [m], shape (n_nodes, 3)
-    scale : factor on displacements; by default the largest is drawn as a fifteenth of the structure's size
+    scale : factor on displacements, > 0; by default the largest is drawn as a fifteenth of the structure's size
     label : of the colour bar, with its unit
     limits : lowest and highest colour; those of the values by default
     colours : a colour map of matplotlib
@@ -59,6 +61,11 @@ def solid_map(
     viewpoint_deg : azimuth and elevation of the viewer [deg]
     ax : axes to draw on; a new figure when not given
     """
+    instance("model", model, Continuum)
+    if colours not in colormaps:
+        raise InputError(f"colours must be the name of a colour map of matplotlib, got {colours!r}")
+    if values is None and limits is not None:
+        raise InputError("limits are of the colours of values: give these, or leave them out")
     moved, text = _moved(model, displacement, scale)
     view = camera(*viewpoint_deg)
     per_brick = None if values is None else _per_brick(model, values)
@@ -67,7 +74,9 @@ def solid_map(
     page = style.Page(high - low, ax, framed=False, beside=0.0 if per_brick is None else _BAR)
     norm = None
     if per_brick is not None:
-        bottom, top = limits or (float(per_brick.min()), float(per_brick.max()))
+        bottom, top = (float(per_brick.min()), float(per_brick.max())) if limits is None else limits
+        if not finite("lowest of limits", bottom) <= finite("highest of limits", top):
+            raise InputError(f"limits are (lowest, highest), got {limits!r}")
         norm = Normalize(bottom, top if top > bottom else bottom + 1e-12)  # equal values have one colour
     _paint(page.ax, model, moved, view, per_brick, norm, colours, page.line_width(_brick_size(model)))
     page.ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
@@ -96,7 +105,7 @@ def _moved(model: Continuum, displacement: ArrayLike | None, scale: float | None
         raise InputError(f"displacements must be finite and of shape {nodes.shape}, got shape {u.shape}")
     largest = float(np.linalg.norm(u, axis=1).max())
     size = float(np.ptp(nodes, axis=0).max())
-    factor = scale if scale is not None else size / _FRACTION / largest if largest > 0.0 else 1.0
+    factor = positive("scale", scale) if scale is not None else size / _FRACTION / largest if largest > 0.0 else 1.0
     return nodes + factor * u, f"largest displacement {1e3 * largest:.3g} mm · drawn {factor:.3g} times"
 
 
@@ -105,7 +114,7 @@ def _per_brick(model: Continuum, values: ArrayLike) -> Array:
 
     It is the one of the largest absolute value, with its sign.
     """
-    v = np.asarray(values, dtype=float)
+    v = numbers("values", values)
     if v.ndim == 2:
         v = np.take_along_axis(v, np.abs(v).argmax(axis=1)[:, None], axis=1)[:, 0]
     if v.shape != (len(model.mesh),) or not np.isfinite(v).all():

@@ -13,8 +13,8 @@ from matplotlib.lines import Line2D
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.figures import elevation, style
-from limitmason.figures.canvas import chosen_plane
 from limitmason.figures.deformation import rigid_motion
+from limitmason.figures.outline import wall_plane
 from limitmason.geometry.rotation import rotation_vectors
 from limitmason.mechanics.rigid_motion import RigidMotion, structure_size
 
@@ -53,8 +53,8 @@ def cracks(
 
     Raises
     ------
-    ValueError
-        For a curve without what its joints did, an unknown moment, and a structure that is not a wall in its plane.
+    InputError
+        For a curve without what its joints did, an unknown moment, and a structure that is no wall of a single leaf.
     """
     if getattr(curve, "failed", None) is None or curve.assembly is None:
         raise InputError("this curve does not tell what its joints did: draw the curve of dem.push")
@@ -64,7 +64,7 @@ def cracks(
         raise InputError(f"none of {', '.join(map(str, at))} happened on this curve: name another moment or width")
     model = curve.assembly
     moved = [_moved(curve, i) for i, _ in drawn]
-    plane = chosen_plane(model, "elevation", np.concatenate(moved[-1], axis=1))
+    plane = wall_plane(model)
     if plane is None:
         raise InputError("cracks are drawn in elevation, and this structure has no plane of its own")
     if scale is None:
@@ -73,7 +73,8 @@ def cracks(
     motions = [rigid_motion(model, u, v, scale) for u, v in moved]
     frame = elevation.window_of([view.frame(m) for m in motions])
     text = [f"displacements drawn {scale:g} times"]
-    text += [f"no {m}: never {1e3 * width:g} mm wide" for i, m in chosen if i is None and m == "first crack"]
+    late = {"first crack": f"no first crack: never {1e3 * width:g} mm wide", "first failure": "no first failure"}
+    text += [late[str(m)] for i, m in chosen if i is None]
     text += [caption] if caption else []
     page = style.page_width()
     # scale of the drawings [in/m]: on the page beside the numbers of their axes, each at most 3.2 in high

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.checks import positive
+from limitmason.checks import count, finite, instance, numbers, positive
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
@@ -23,6 +23,7 @@ from limitmason.figures.painter import VIEWPOINT_DEG
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion, largest_jumps, structure_size
 from limitmason.model import Assembly
+from limitmason.storage.files import named_path
 
 _STILL = 0.01
 """Part of the largest displacement below which a block is drawn as one that stands still, chosen [-]."""
@@ -76,6 +77,7 @@ def deformed(
     InputError
         When the state is not one of this assembly, not finite, or the scale not positive.
     """
+    instance("model", model, Assembly)
     shift, vector = moved_blocks(model, state, sample)
     motion, unscaled = (rigid_motion(model, shift, vector, factor) for factor in (scale, 1.0))
     marks, travel = cracked_joints(model, unscaled, crack), _travel(model, unscaled)
@@ -115,7 +117,7 @@ def animate(
     Parameters
     ----------
     model, history : what was simulated; the history has ``shift`` (samples, n, 3) and ``quaternion`` (samples, n, 4)
-    path : file to write
+    path : file to write; its folder is made
     scale, crack, view, viewpoint_deg : as in :func:`deformed`; ``crack`` is a tenth of the largest
         movement in a joint at the last sample by default
     frames : most pictures, evenly spread over the samples
@@ -132,19 +134,21 @@ def animate(
     InputError
         When the history is empty or not one of this assembly, or no writer is installed for the ending.
     """
-    target = Path(path)
-    count = len(history.shift)
-    if not count:
-        raise InputError("the history has no sample to show")
+    target, most = named_path(path), count("frames", frames)
+    if not hasattr(history, "quaternion") or not len(history.shift):
+        raise InputError("the history has no sample to show" if hasattr(history, "quaternion") else
+                         f"history must have shift and quaternion by samples, got {type(history).__name__}")
     writer = writer or _writer(target, fps)
-    samples = np.unique(np.linspace(0, count - 1, min(max(int(frames), 1), count)).round().astype(int))
+    n = len(history.shift)
+    samples = np.unique(np.linspace(0, n - 1, min(most, n)).round().astype(int))
     moved = [moved_blocks(model, history, int(k)) for k in samples]
     motions = [rigid_motion(model, shift, vector, scale) for shift, vector in moved]
     last = rigid_motion(model, *moved[-1], scale=1.0)
     if crack is None:
         crack = _CRACK * largest_movement(model, last)  # one width for the whole film
     marks = [cracked_joints(model, rigid_motion(model, u, v, scale=1.0), crack) for u, v in moved]
-    travel = _travel(model, last)
+    # of all samples: a block that comes back has moved too
+    travel = np.max([_travel(model, rigid_motion(model, u, v, scale=1.0)) for u, v in moved], axis=0)
     # 1e-300: where nothing has moved, no block counts as moving
     moving = travel > _STILL * max(float(travel.max(initial=0.0)), 1e-300)
     # plane and viewpoint are chosen for the sample that has moved farthest
@@ -155,6 +159,7 @@ def animate(
         canvas.frame()
         figure = canvas.page.finish(title, f"drawn {scale:g} times" if scale != 1.0 else None, [])
         kept = set(canvas.ax.get_children())
+        target.parent.mkdir(parents=True, exist_ok=True)
         with writer.saving(figure, str(target), dpi):
             for motion, cracks in zip(motions, marks, strict=True):
                 for artist in [a for a in canvas.ax.get_children() if a not in kept]:
@@ -185,7 +190,9 @@ def cracked_joints(model: Assembly, motion: RigidMotion, crack: float | None) ->
     """
     opening, sliding = _joint_movements(model, motion)
     largest = np.maximum(opening, sliding)
-    least = _CRACK * float(largest.max(initial=0.0)) if crack is None else float(crack)
+    if crack is None:
+        crack = _CRACK * float(largest.max(initial=0.0))
+    least = crack if crack == np.inf else finite("crack", crack)  # an infinite one marks none
     wide = (largest > least) & (largest > 1e-12 * structure_size(model))  # rounding opens no joint
     return MovingJoints(opening, sliding, wide & (opening >= sliding), wide & (sliding > opening))
 
@@ -230,8 +237,9 @@ def moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Array
     if bodies is not None:
         shift, quaternion = bodies.shift, bodies.quat
     elif hasattr(state, "quaternion"):
-        if not -len(state.shift) <= sample < len(state.shift):
-            raise InputError(f"sample {sample} is not one of the {len(state.shift)} samples of the history")
+        whole = isinstance(sample, int | np.integer)
+        if not (whole and -len(state.shift) <= sample < len(state.shift)):
+            raise InputError(f"sample {sample!r} is not one of the {len(state.shift)} samples of the history")
         shift, quaternion = state.shift[sample], state.quaternion[sample]
     else:
         if not (isinstance(state, tuple | list) and len(state) == 2):
@@ -248,7 +256,7 @@ def _checked(model: Assembly, shift: ArrayLike, quaternion: ArrayLike) -> tuple[
     ----------
     shift, quaternion : displacements [m], shape (n, 3), and unit quaternions, scalar first, shape (n, 4)
     """
-    u, q = np.array(shift, dtype=float), np.array(quaternion, dtype=float)
+    u, q = numbers("shift", shift), numbers("quaternion", quaternion)
     n = model.n_blocks
     if u.shape != (n, 3) or q.shape != (n, 4):
         raise InputError(
@@ -263,7 +271,7 @@ def _checked(model: Assembly, shift: ArrayLike, quaternion: ArrayLike) -> tuple[
 def _writer(path: Path, fps: int) -> AbstractMovieWriter:
     """What writes a film of ``fps`` pictures a second to a file of that name."""
     if path.suffix.lower() == ".gif":
-        return PillowWriter(fps=fps)
+        return PillowWriter(fps=count("fps", fps))
     if not writers.is_available("ffmpeg"):
         raise InputError(f"{path.name}: ffmpeg is not installed; write a .gif, or give a writer")
     return writers["ffmpeg"](fps=fps)

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array, Index
+from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
@@ -72,6 +73,7 @@ def contact_forces(
     In a statically indeterminate structure at collapse the forces away from the mechanism are one admissible state of
     many: the picture shows the one the solver returned.
     """
+    positive("length", length)
     forces = joint_forces(model, prediction)
     at_strength = tie_forces(model, prediction) >= _AT_STRENGTH * np.array([t.strength for t in model.ties])
     canvas = Canvas(model, view, ax, viewpoint_deg=viewpoint_deg)

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from limitmason.answers.curve import Curve
 from limitmason.arrays import Array
+from limitmason.checks import finite
 from limitmason.errors import InputError
 from limitmason.figures import style
 
@@ -66,9 +67,11 @@ def load_displacement(
         When a curve has not one force per displacement, none is given, its units are of something else than length and
         force, or the driven block is not clear.
     """
-    named, points = _by_label(curves), list(points)
+    named, points = _by_label(curves), [_point(p) for p in points]
     if not named:
         raise InputError("no curve to draw")
+    if block is not None and not any(hasattr(c, "curve") for _, c in named):
+        raise InputError(f"block={block!r} is that of a history, and none is given")
     if measured is None and not points and not levels and all(_is_multiplier(c) for _, c in named):
         # named kN so that they are drawn with their own numbers: the axis is given its name here
         named = [(label, Curve(c.displacement, c.load, c.displacement_unit, "kN")) for label, c in named]
@@ -132,8 +135,8 @@ def history_curves(
     KeyError
         For a name that the history does not have.
     """
-    if not names:
-        raise InputError("name at least one quantity to draw")
+    if not names or isinstance(names, str):
+        raise InputError(f"name at least one quantity to draw, in a list, got {names!r}")
     units = units or {}
     x = np.asarray(history[against], dtype=float)
     own = ax is None
@@ -154,6 +157,16 @@ def history_curves(
         ylabel = (names[0] if len(names) == 1 else "") + (f" [{unit}]" if unit else "")
     along = f"{against} [{units[against]}]" if units.get(against) else against
     return _finish(ax, own, along, ylabel.strip(), title, caption)
+
+
+def _point(point: Any) -> tuple[str, float, float]:
+    """A measured point, (label, displacement [m], force [N]), or what is wrong."""
+    try:
+        label, displacement, force = point
+    except (TypeError, ValueError):
+        raise InputError(f"a point is (label, displacement, force), got {point!r}") from None
+    name = f"of point {label!r}"
+    return str(label), finite(f"displacement {name}", displacement), finite(f"force {name}", force)
 
 
 def _looks() -> Iterator[dict[str, Any]]:
@@ -281,17 +294,20 @@ def _finish(ax: Axes, own: bool, xlabel: str, ylabel: str, title: str | None, ca
     Parameters
     ----------
     ax, xlabel, ylabel : the diagram, and the names of its axes with their units
-    own : whether the page was made here; in axes of the caller the page is not made larger and a caption is left out
+    own : whether the page was made here; in axes of the caller the page is not made larger
     """
     ax.set_xlabel(xlabel)
     ax.set_ylabel(ylabel)
     ax.tick_params(labelsize=7.5, width=0.5, length=2.5, which="both")
-    handles, labels = ax.get_legend_handles_labels()
+    # matplotlib leaves out all that begin with "_", with which its own "_child1" of lines without a label begin
+    handles, _ = ax.get_legend_handles_labels()
+    ours = [n for n in ax.get_lines() if n in handles or (n.get_gid() and not str(n.get_label()).startswith("_child"))]
+    handles = [*ours, *(h for h in handles if h not in ours)]
     if own:
         return style.finished(style.figure_of(ax), title, caption, handles)
-    if title:
-        ax.set_title(title, loc="left", fontweight="bold")
+    wide = style.figure_of(ax).get_size_inches()[0] * ax.get_position().width
+    style._above(ax, title, style.wrapped(caption, wide).splitlines() if caption else [])
     if handles:
-        ax.legend(handles, labels)
+        ax.legend(handles, [str(h.get_label()) for h in handles])
     figure: Any = ax.figure  # a Figure or a part of one
     return figure

@@ -15,6 +15,7 @@ from limitmason.figures import style
 from limitmason.figures.continuum import solid_map
 from limitmason.figures.deformation import deformed
 from limitmason.geometry.rotation import quaternions
+from limitmason.mechanics.rigid_motion import free_bounds, largest_rates
 from limitmason.vibration import Mac, Modes
 from limitmason.vibration.blocks import BlockCarrier
 from limitmason.vibration.mac import ALIKE
@@ -29,14 +30,16 @@ def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str |
     ----------
     modes : from ``limitmason.modes``
     number : of the mode, from 1
-    reach : largest displacement as drawn over the structure's largest extent [-]
+    reach : largest displacement as drawn over the structure's largest extent [-]; fixed blocks do not count
     title : heading; number and frequency by default
-    options : of ``figures.deformed`` (blocks) or ``figures.solid_map`` (solids), such as ``viewpoint_deg``
+    options : of ``figures.deformed`` (blocks) or ``figures.solid_map`` (solids), such as ``viewpoint_deg``; a
+        ``caption`` stands behind the shares
     """
     shape = _drawn(modes, number, reach)
     title = title or f"Mode {number}: {modes.frequency[number - 1]:.2f} Hz"
     share = ", ".join(f"{a} {s:.0%}" for a, s in zip("xyz", modes.share[number - 1], strict=True))
-    caption = f"participating mass {share}"
+    more = options.pop("caption", None)
+    caption = f"participating mass {share}" + (f" · {more}" if more else "")
     carrier = modes.system.carrier
     if isinstance(carrier, BlockCarrier):
         # no joint is marked: how far it opens hangs on the reach
@@ -51,9 +54,10 @@ def mode_shape(modes: Modes, number: int, *, reach: float = _REACH, title: str |
             title=title, caption=caption, **options,
         )
     # the displacement of a mode has no size of its own: the caption that states one is left out
-    for text in figure.texts:
-        if text.get_gid() == "caption":
-            text.set_text(caption)
+    ax, wide = options.get("ax"), float(figure.get_size_inches()[0])
+    wide = wide - 0.24 if ax is None else wide * ax.get_position().width  # 0.24: margins of a page [in]
+    written = [text for text in (figure if ax is None else ax).texts if text.get_gid() == "caption"]
+    written[-1].set_text(style.wrapped(caption, wide))
     return figure
 
 
@@ -63,15 +67,19 @@ def _drawn(modes: Modes, number: int, reach: float) -> Array:
     Parameters
     ----------
     number : of the mode, from 1
-    reach : largest displacement over the structure's largest extent [-]
+    reach : largest displacement over the structure's largest extent [-]; of blocks that of their corners
     """
     instance("modes", modes, Modes, "of lm.modes")
     if not (isinstance(number, int | np.integer) and 1 <= number <= len(modes)):
         raise InputError(f"mode must lie between 1 and {len(modes)}, got {number!r}")
     positive("reach", reach)
-    shape = modes.shape[number - 1]
-    size = float(np.ptp(modes.places, axis=0).max())
-    largest = float(np.linalg.norm(shape[:, :3], axis=1).max())
+    shape, carrier = modes.shape[number - 1], modes.system.carrier
+    if isinstance(carrier, BlockCarrier):  # corners move where blocks turn about their own centroids too
+        size = float(np.ptp(free_bounds(carrier.assembly), axis=0).max())
+        largest = float(largest_rates(carrier.assembly, shape[:, :6]).max())
+    else:
+        size = float(np.ptp(modes.places, axis=0).max())
+        largest = float(np.linalg.norm(shape[:, :3], axis=1).max())
     return np.asarray(shape * (reach * size / largest))
 
 
@@ -89,7 +97,7 @@ def mac_matrix(
     names : of the two models, rows and columns
     title, caption : heading and the small text under it
     """
-    k, l = mac.values.shape  # noqa: E741
+    k, l = instance("mac", mac, Mac, "of lm.mac").values.shape  # noqa: E741
     left, foot = 1.05, 0.62  # inches, as all lengths here: room for the names of rows and columns
     cell = min(0.52, (style.page_width() - left - 0.2) / l)  # chosen: two decimals fit in it
     wide = max(cell * l + left + 0.2, 3.0)  # a title and its caption have room

@@ -18,6 +18,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from limitmason.arrays import Array, Flags, Index
+from limitmason.checks import finite
 from limitmason.errors import InputError
 from limitmason.geometry import Solid
 from limitmason.geometry.boxtree import overlapping_pairs
@@ -47,7 +48,8 @@ def camera(azimuth_deg: float, elevation_deg: float) -> Camera:
 
     From straight above or below no direction would be up on the page.
     """
-    if not -90.0 < elevation_deg < 90.0:
+    finite("azimuth_deg", azimuth_deg)
+    if not -90.0 < finite("elevation_deg", elevation_deg) < 90.0:
         raise InputError(f"elevation_deg must be between -90 and 90, got {elevation_deg!r}")
     a, e = np.radians(azimuth_deg), np.radians(elevation_deg)
     towards = np.array([np.cos(e) * np.cos(a), np.cos(e) * np.sin(a), np.sin(e)])

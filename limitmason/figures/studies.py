@@ -13,7 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 
 from limitmason.answers.method import Look
-from limitmason.checks import instance
+from limitmason.checks import count, instance, numbers
 from limitmason.comparison import SideBySide
 from limitmason.errors import InputError
 from limitmason.figures import style
@@ -63,8 +63,8 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     Returns
     -------
     Figure
-        Marker and number per theory, bar for its range (what it is stands under the name), band for the test. Arrows
-        mark bounds: the associative value is an upper bound of what the other flow rule admits.
+        Marker and number per theory, bar for its range, band for the test. What governs an answer stands under the
+        name of its method.
 
     Raises
     ------
@@ -109,7 +109,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     caption = [] if result.measured is None else ["dashed: test, grey: its scatter" if high > low else "dashed: test"]
     caption += [f"{r.method}: {_cut(r.status)}" for r in left_out]
     caption += [f"{r.method}: {r.beside}, no bound" for r in rows if r.beside]
-    if any(math.isfinite(r.low) for r in rows):
+    if any(math.isfinite(r.low) and r.high > r.low for r in rows):
         caption.insert(0, "bars: range of each theory")
     caption += [said] if said else []
     style.frame(ax, title or result.title or None, " · ".join(caption))
@@ -135,7 +135,10 @@ def _draw_published(ax: Axes, published: Mapping[str, Sequence[tuple[float, floa
     """
     handles = []
     for number, (name, points) in enumerate(published.items()):
-        u, v = np.array(points, dtype=float).T
+        places = numbers(f"points of {name!r}", points)
+        if places.ndim != 2 or places.shape[1] != 2:
+            raise InputError(f"points of {name!r} are pairs (x, y), got shape {places.shape}")
+        u, v = places.T
         mark = ("x", "+", "*")[number % 3]
         ax.plot(u, v, mark, color=style.BLACK, markersize=6, zorder=4, gid="published")
         handles.append(Line2D([], [], color=style.BLACK, marker=mark, linestyle="none", label=name))
@@ -179,13 +182,16 @@ def study_lines(
     InputError
         When no row has finite values of both columns, or a column is missing.
     """
-    rows = [r for r in table if r.get(x) is not None and r.get(y) is not None and math.isfinite(r[y])]
+    rows = [r for r in table if _is_finite(r, x) and _is_finite(r, y)]
     if not rows:
         raise InputError(f"no row has finite values of {x!r} and {y!r}: there is nothing to draw")
+    if log and min(r[x] for r in rows) < 0:
+        raise InputError(f"column {x!r} has values below zero, which cannot stand on a logarithmic axis")
     by = _lines_by(rows, x, y) if by is None else tuple(by)
     for name in by:
         if not any(name in r for r in rows):
             raise InputError(f"by names the column {name!r}, which no row has")
+    own_page = ax is None
     figure, ax = style.paper(style.page_width(), height=3.4, ax=ax)
     positive = sorted({float(r[x]) for r in rows if r[x] > 0})
     edge = 0.5 * positive[0] if positive else 1.0
@@ -204,21 +210,19 @@ def study_lines(
         # a group is the values of the columns ``by``: those of one method are told apart by their number
         second = 0 if method is None else [g for g in groups if g[:1] == group[:1]].index(group)
         look = _line_look(method, number, colours.get(method, style.SERIES[number % len(style.SERIES)]), second)
-        line, colour = look["linestyle"], look["color"]
+        colour = look["color"]
         if len({r[x] for r in solid}) < len(solid):  # several values at one x: joined they would zigzag
-            line = "none"
-        look["linestyle"] = line
+            look["linestyle"] = "none"
         if y == "multiplier":
-            bars = [r for r in solid if math.isfinite(r.get("low", math.nan)) and r["high"] > r["low"]]
+            bars = [r for r in solid if _is_finite(r, "low") and _is_finite(r, "high") and r["high"] > r["low"]]
             ax.vlines([place(r[x]) for r in bars], [r["low"] for r in bars], [r["high"] for r in bars], color=colour,
                       linewidth=2.5, alpha=0.35, zorder=2, gid="range")
         ax.plot([place(r[x]) for r in solid], [r[y] for r in solid], **look, zorder=3, gid="line")
         # one row of a line at most is extrapolated, to x = 0, the neighbour of the first
         guess = [r for r in own if r.get("status") == "extrapolated"]
         if guess and solid:
-            ax.plot(
-                [place(guess[0][x]), place(solid[0][x])], [guess[0][y], solid[0][y]], ":", color=colour, linewidth=1.0
-            )
+            ends = [[place(r[x]) for r in (guess[0], solid[0])], [r[y] for r in (guess[0], solid[0])]]
+            ax.plot(*ends, ":", color=colour, linewidth=1.0)
             ax.plot([place(guess[0][x])], [guess[0][y]], look["marker"], markerfacecolor="white", color=colour,
                     markersize=4.5, gid="extrapolated")
         if by:
@@ -242,8 +246,18 @@ def study_lines(
     style.frame(ax, title, "\n".join(t for t in (caption, style.enlarged(*ax.get_ylim())) if t))
     if handles:
         columns = min(style.legend_shape(handles, figure.get_size_inches()[0])[0], 3)
-        figure.legend(handles=handles, loc="outside lower center", ncols=columns, fontsize=style._SMALL)
+        # on a figure of the caller others may be drawn too
+        spot: dict[str, Any] = {"loc": "outside lower center", "ncols": columns} if own_page else {}
+        (figure if own_page else ax).legend(handles=handles, fontsize=style._SMALL, **spot)
     return figure
+
+
+def _is_finite(row: Mapping[str, Any], column: str) -> bool:
+    """Whether a row of a study has a finite number in a column, in which words are refused."""
+    value = row.get(column)
+    if isinstance(value, str):
+        raise InputError(f"column {column!r} holds {value!r}: lines are drawn of numbers")
+    return value is not None and math.isfinite(value)
 
 
 def _line_look(method: Any, number: int, colour: str, second: int) -> dict[str, Any]:
@@ -355,23 +369,25 @@ def histogram(
         With fewer than two finite values.
     """
     groups = dict(tables) if isinstance(tables, Mapping) else {"": tables}
+    if not groups:
+        raise InputError("no table to draw")
+    tests, classes = list(measured), "fd" if bins is None else count("bins", bins)
     found = {name: running(t, column) for name, t in groups.items()}  # mean and variation after 1, 2, ... runs
     values = {}
     for name, table in groups.items():
         numbers = table[column].astype(float)
         values[name] = numbers[np.isfinite(numbers)]
-    edges = np.histogram_bin_edges(np.concatenate(list(values.values())), bins=bins if bins is not None else "fd")
+    edges = np.histogram_bin_edges(np.concatenate(list(values.values())), bins=classes)
     figure, ax = style.paper(style.page_width(), height=3.2, ax=ax)
     for number, (name, own) in enumerate(values.items()):
         colour = style.SERIES[number % len(style.SERIES)]
-        last = found[name]
-        text = f"mean {last.mean[-1]:.4g}, CoV {100 * last.variation[-1]:.3g} %, {len(own)} runs"
+        text = f"mean {found[name].mean[-1]:.4g}, CoV {100 * found[name].variation[-1]:.3g} %, {len(own)} runs"
         text = f"{name}: {text}" if name else text
         ax.hist(
             own, edges.tolist(), label=text, color=style.pale(colour, 0.5), edgecolor=colour, linewidth=0.8, alpha=0.75,
             gid="histogram",
         )
-    for value in measured:
+    for value in tests:
         ax.axvline(value, 0.0, 0.06, color=style.BLACK, linewidth=1.2, gid="test")
     ax.set_xlabel(label or column)
     ax.set_ylabel("runs [-]")
@@ -379,6 +395,6 @@ def histogram(
     ax.set_ylim(top=ax.get_ylim()[1] * (1.06 + 0.11 * len(values)))
     ax.legend(fontsize=style._SMALL, frameon=False, loc="upper right")
     missing = sum(r.missing for r in found.values())
-    notes = [f"{missing} runs without a value are left out"] * bool(missing) + ["ticks: tests"] * bool(len(measured))
+    notes = [f"{missing} runs without a value are left out"] * bool(missing) + ["ticks: tests"] * bool(tests)
     style.frame(ax, title, " · ".join(notes))
     return figure

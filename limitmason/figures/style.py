@@ -63,7 +63,6 @@ SINGLE_COLUMN = 89.0
 """Width of one column of a journal page [mm]."""
 
 NARROWEST, WIDEST = 60.0, 183.0  # widths that print_style takes [mm]; chosen: 183 is two columns of a journal page
-
 _width: ContextVar[float | None] = ContextVar("width", default=None)
 
 
@@ -77,7 +76,7 @@ def print_style(width: float | None = None) -> Iterator[None]:
     Parameters
     ----------
     width : of the figures made in the block [mm]: 89 for one column of a journal, 160 (the text of an A4 page) by
-        default. Letters keep their size
+        default. Letters keep their size, and figures of several panels are never wider than 160
 
     Raises
     ------
@@ -108,7 +107,7 @@ def needs_a_page(name: str) -> None:
     NotApplicable
         Where :func:`print_style` asks for less than the text width of an A4 page.
     """
-    if page_width() < FULL_WIDTH:
+    if 25.4 * page_width() < math.floor(25.4 * FULL_WIDTH):  # in whole mm, as it is asked for
         raise NotApplicable(f"{name} has several panels and needs {25.4 * FULL_WIDTH:.0f} mm: leave out the width")
 
 

@@ -69,10 +69,9 @@ def tilt_test(
     figure, (left, right) = style.panels(_WIDTH, _PANEL + _FOOT, columns=2)
     top = max(float(np.nanmax(t.horizontal)) for t in named.values())
     steepest = max(float(np.nanmax(t.tilt_deg)) for t in named.values())
-    if measured is not None:
-        steepest = max(steepest, np.max(measured))
     low, high = _bounds(measured)
     if measured is not None:
+        steepest = max(steepest, high)
         _band(left, right, low, high)
     angle = np.deg2rad(np.linspace(0.0, 1.05 * steepest, 200))
     left.plot(np.cos(angle), np.sin(angle), color=style.FAINT, gid="imposed path", **_IMPOSED)
@@ -129,8 +128,11 @@ def _bounds(measured: float | tuple[float, float] | None) -> tuple[float, float]
     """Least and largest angle [deg] of one measured angle or several, NaN without any."""
     if measured is None:
         return math.nan, math.nan
-    values = np.atleast_1d(np.asarray(measured, dtype=float))
-    if not (np.isfinite(values).all() and (values > 0.0).all() and (values < 90.0).all()):
+    try:
+        values = np.atleast_1d(np.asarray(measured, dtype=float))
+    except (TypeError, ValueError):
+        values = np.zeros(0)
+    if not (len(values) and np.isfinite(values).all() and (values > 0.0).all() and (values < 90.0).all()):
         raise InputError(f"measured must be angles between 0 and 90 degrees, got {measured!r}")
     return float(values.min()), float(values.max())
 

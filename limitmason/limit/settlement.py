@@ -174,7 +174,8 @@ def least_reaction(
         cases = np.zeros((len(across), *dead.shape))
         cases[:, i] = total * across[:, 0] * unit
         prediction = largest_multiplier(guided, settling, cases, **options)
-    prediction = _with_reaction(prediction, total)
+    # of a mere turn R is a moment
+    prediction = _with_reaction(prediction, total, "N" if any(direction.translation) else "N m")
     if all_move:
         words = "every support settles: the structure follows as one, and R is its dead load alone"
         prediction = replace(prediction, warnings=(*prediction.warnings, words))
@@ -188,7 +189,7 @@ def least_reaction(
     return replace(prediction, mechanism=mechanism, method=settling.name), ZERO_REACTION * total
 
 
-def _with_reaction(prediction: Prediction, total: float) -> Prediction:
+def _with_reaction(prediction: Prediction, total: float, unit: str) -> Prediction:
     """An answer in multipliers as one in reactions, R = -lambda ``total`` [N].
 
     The live load pushes the support along its motion d, the reaction acts against d: hence the minus.
@@ -198,17 +199,18 @@ def _with_reaction(prediction: Prediction, total: float) -> Prediction:
     prediction : largest multiplier of a live load that has the power ``total`` on d. Where its status says that there
         is none, the reason takes the place of its warnings, which speak of live loads
     total : dead load of the free blocks, sum of the sizes of their forces [N]
+    unit : of the reaction
 
     Returns
     -------
     The answer. Its ``stands_without`` is right for R >= 0 only: :func:`settlement_analysis` sees to the others.
     """
-    reaction = Reaction()
+    reaction = Reaction(unit=unit)
     if np.isfinite(prediction.collapse_multiplier):
         least, c, ends = -prediction.collapse_multiplier * total, prediction.certificate, (math.nan, math.nan)
         if c is not None:  # the least reaction as the mechanism proves it, and as the forces do
             ends = float(-total * c.kinematic_multiplier), float(-total * c.static_multiplier)
-        reaction = Reaction(least, *ends, stands_without=bool(least <= ZERO_REACTION * total))
+        reaction = Reaction(least, *ends, bool(least <= ZERO_REACTION * total), unit)
     return replace(
         prediction, collapse_multiplier=float("nan"), reaction=reaction,
         details={**prediction.details, NO_TILT: "the reaction of a support is no multiplier of loads"},

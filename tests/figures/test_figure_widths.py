@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from walls import running_bond
 
 import limitmason as lm
@@ -142,3 +143,33 @@ def test_a_table_is_drawn_over_the_column_that_varies_and_names_its_unit():
     assert [list(x.get_xdata()) for x in lines] == [[0.0, 9.0]] * 2
     with pytest.raises(InputError, match=r"name the column to draw over.*there are mu, load"):
         study.Table(({"mu": 1.0, "load": 2.0},)).plot()
+
+
+def test_the_page_of_several_panels_may_be_asked_for_by_its_width():
+    with figures.print_style(width=160):
+        style.needs_a_page("diagnosis")
+    with pytest.raises(InputError, match="width must be"), figures.print_style(width="89"):
+        pass
+
+
+def test_a_study_draws_numbers_alone_and_nothing_below_zero_on_a_logarithmic_axis():
+    rows = [{"phi": phi, "multiplier": 0.3 + 0.01 * phi, "low": None, "high": None} for phi in (-5.0, 0.0, 20.0, 30.0)]
+    with pytest.raises(InputError, match="'phi' has values below zero"):
+        figures.study_lines(rows, "phi", log=True)
+    figure = figures.study_lines([*rows[1:], {"phi": np.nan, "multiplier": 0.1}], "phi", log=True)
+    line = next(a for a in figure.axes[0].lines if a.get_gid() == "line")
+    assert line.get_xdata().tolist() == [10.0, 20.0, 30.0]  # zero at the left edge
+    with pytest.raises(InputError, match="'name' holds 'wall'"):
+        figures.study_lines([{"name": "wall", "multiplier": 0.3}], "name")
+    with pytest.raises(InputError, match="no row has finite values"):
+        figures.study_lines([{"phi": np.nan, "multiplier": 0.3}], "phi")
+    with pytest.raises(InputError, match="pairs"):
+        figures.study_lines(rows, "phi", published={"source": []})
+
+
+def test_lines_on_axes_of_the_caller_have_their_legend_there():
+    axes = Figure().subplots(1, 2)
+    for ax in axes:
+        figures.study_lines([{"method": "dem", "phi": phi, "multiplier": 0.3} for phi in (20.0, 30.0)], "phi", ax=ax)
+    assert not axes[0].figure.legends
+    assert all(ax.get_legend() is not None for ax in axes)

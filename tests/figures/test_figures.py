@@ -144,6 +144,24 @@ def test_an_arrow_shows_the_resultant_of_the_live_loads_on_its_line_of_action():
     assert not arrow(None)
 
 
+def test_an_arrow_that_would_end_off_the_page_ends_where_the_load_acts():
+    assembly = make_column()
+
+    def drawn(at):
+        force = Loads.weight(assembly).with_point_load(assembly, 3, (0.0, 0.0, 7.0), at=at)
+        figure = figures.mechanism(assembly, replace(sliding(assembly, [3]), loads=force))
+        return figure, [a for a in figure.axes[0].texts if a.get_gid() == "load"]
+
+    top = assembly.blocks[3].vertices.max(axis=0)
+    _, (arrow,) = drawn(top)
+    assert arrow.xy == pytest.approx(top[[0, 2]])
+    assert arrow.xyann[1] < arrow.xy[1]
+    # a line of action beside the page has no arrow, and no entry in the legend
+    figure, none = drawn(top + (50.0, 0.0, 0.0))
+    assert not none
+    assert "live load" not in legend_labels(figure)
+
+
 def test_caption_states_multiplier_bound_flow_rule_and_doubt():
     assembly = make_column()
     good = texts(figures.mechanism(assembly, sliding(assembly, [3]), title="Pier"))

@@ -1,8 +1,10 @@
 """What a histogram of random runs draws is what the tables hold."""
 
 import numpy as np
+import pytest
 
 from limitmason import figures, study
+from limitmason.errors import InputError
 
 
 def parts(figure, gid):
@@ -18,3 +20,11 @@ def test_histogram_holds_every_finite_run():
     assert len(parts(figure, "test")) == 2
     assert "1 runs" not in parts(figure, "caption")[0].get_text()
     assert "2 runs without a value" in parts(figure, "caption")[0].get_text()
+
+
+def test_ticks_of_tests_come_from_any_iterable_and_wrong_classes_are_refused():
+    table = study.Table(tuple({"peak": v} for v in (1.0, 2.0, 4.0)))
+    assert len(parts(figures.histogram(table, "peak", measured=iter((1.5, 2.5))), "test")) == 2
+    for wrong in ({"bins": 0}, {"tables": {}}):
+        with pytest.raises(InputError, match="bins must be|no table"):
+            figures.histogram(**{"tables": table, "column": "peak", **wrong})

@@ -3,6 +3,7 @@
 import subprocess
 import sys
 import types
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ import limitmason as lm
 from limitmason import figures
 from limitmason.errors import InputError
 from limitmason.figures.deformation import cracked_joints, rigid_motion
+from limitmason.geometry import box
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 
 JOINT = lm.Joint(35.0)
@@ -194,6 +196,75 @@ def test_film_shows_the_motion_from_first_to_last_sample(pushed, tmp_path, view)
 def test_film_needs_samples():
     with pytest.raises(ValueError, match="no sample"):
         figures.animate(COLUMN, types.SimpleNamespace(shift=[], quaternion=[]), "film.gif")
+    for wrong, told in (({"frames": 0}, "frames"), ({"fps": 0}, "fps"), ({"history": COLUMN}, "by samples")):
+        still = types.SimpleNamespace(shift=np.zeros((1, COLUMN.n_blocks, 3)), quaternion=UPRIGHT[None])
+        with pytest.raises(InputError, match=told):
+            figures.animate(COLUMN, **{"history": still, "path": "film.gif", **wrong})
+
+
+UPRIGHT = np.tile([1.0, 0.0, 0.0, 0.0], (COLUMN.n_blocks, 1))
+
+
+class Taken:
+    """A writer of films that keeps where the highest block is drawn."""
+
+    def __init__(self):
+        self.right = []
+
+    @contextmanager
+    def saving(self, figure, path, dpi):
+        self.axes = figure.axes[0]
+        yield
+
+    def grab_frame(self):
+        paths = [p for c in self.axes.collections if c.get_gid() in ("blocks", "still") for p in c.get_paths()]
+        self.right.append(max(paths, key=lambda p: p.vertices[:, 1].max()).vertices[:, 0].max())
+
+
+def test_a_block_that_comes_back_is_seen_to_move(tmp_path):
+    shift = np.zeros((3, COLUMN.n_blocks, 3))
+    shift[1, -1, 0], shift[2, 1, 0] = 0.3, 0.01
+    film, writer = types.SimpleNamespace(shift=shift, quaternion=np.stack([UPRIGHT] * 3)), Taken()
+    figures.animate(COLUMN, film, tmp_path / "new" / "film.gif", view="elevation", writer=writer)
+    assert np.diff(writer.right) == pytest.approx([0.3, -0.3])
+
+
+def test_cracks_are_drawn_of_walls_alone():
+    leaves = [box((x, y, z), (x + 1, y + 1, z + 1)) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    two = lm.Assembly.from_polyhedra(leaves, joint=lm.Joint(30.0), fixed=[0, 2, 4, 6])
+    rest = np.zeros((8, 3)), np.tile([1.0, 0.0, 0.0, 0.0], (8, 1))
+    curve = types.SimpleNamespace(
+        assembly=two, failed=np.zeros((1, 12)), opening=np.zeros((1, 12)), slip=np.zeros((1, 12)), states=[rest],
+        point=lambda _: lm.answers.CurvePoint(0, 0.0, 0.0),
+    )
+    with pytest.raises(InputError, match="no plane of its own"):
+        figures.cracks(curve, at=("end",))
+
+
+def test_labels_that_begin_with_an_underscore_stand_in_the_legend():
+    pair = np.array([0.0, 1e-3]), np.array([0.0, 1e3])
+    figure = figures.load_displacement({"_run 1": pair, "run 2": pair}, levels={"_peak": 500.0})
+    labels = [t.get_text() for legend in figure.legends for t in legend.get_texts()]
+    assert labels == ["_run 1", "run 2", "_peak"]
+
+
+def test_what_cannot_be_drawn_beside_curves_is_refused_by_name():
+    curve = lm.Curve([0.0, 1e-3], [0.0, 1e3])
+    for options, told in (
+        ({"block": 3}, "block=3 is that of a history"), ({"points": [("a", 1.0)]}, "a point is"),
+        ({"points": [("a", "1", 2.0)]}, "displacement of point 'a'"),
+    ):
+        with pytest.raises(InputError, match=told):
+            figures.load_displacement(curve, **options)
+    with pytest.raises(InputError, match="give the number of a sample, 0 to 1, got 2"):
+        curve.point(2)
+
+
+def test_a_caption_stands_above_axes_of_the_caller_too():
+    axes = Figure().add_subplot()
+    figures.load_displacement(lm.Curve([0.0, 1e-3], [0.0, 1e3]), ax=axes, title="Pier", caption="of brick")
+    assert axes.get_title(loc="left") == "Pier"
+    assert [t.get_text() for t in axes.texts if t.get_gid() == "caption"] == ["of brick"]
 
 
 @pytest.mark.slow

@@ -19,6 +19,7 @@ from limitmason.errors import InputError
 from limitmason.geometry import box
 from limitmason.geometry.rotation import quaternions, rotation_matrices
 from limitmason.mechanics.joint_forces import joint_forces
+from limitmason.mechanics.rigid_motion import structure_size
 
 JOINT = lm.Joint(friction_angle_deg=30.0)
 BROWSER = next((b for b in ("chromium", "chromium-browser", "google-chrome") if shutil.which(b)), None)
@@ -176,13 +177,13 @@ def test_modes_swing_one_after_the_other(column):
     data = held(lm.view(wall, modes))
     frames = data["motion"].reshape(2, 24, wall.n_blocks, 6)
     assert data["captions"][0] == f"mode 1, {modes.frequency[0]:.4g} Hz"
-    size = float(np.ptp(np.vstack([b.bounds for b in wall.blocks]), axis=0).max())
     for k in range(2):
         assert np.abs(frames[k, 0]).max() == 0.0
         # at a quarter of the swing the shape itself, its largest displacement a part of the structure's size
-        largest = np.linalg.norm(frames[k, 6, :, :3], axis=1).max()
-        assert 0.05 * size < largest < 0.2 * size
-        own = modes.shape[k] * largest / np.linalg.norm(modes.shape[k][:, :3], axis=1).max()
+        corners = [m[:3] + np.cross(m[3:], b.vertices - c)
+                   for m, b, c in zip(modes.shape[k], wall.blocks, wall.centroids, strict=True)]
+        largest = max(float(np.linalg.norm(u, axis=1).max()) for u in corners)
+        own = modes.shape[k] * 0.12 * structure_size(wall) / largest
         np.testing.assert_allclose(frames[k, 6], own, atol=1e-5)
         np.testing.assert_allclose(frames[k, 18], -frames[k, 6], atol=1e-6)
     other = lm.build.column(width=0.2, depth=0.3, height=1.0, courses=7, joint=lm.Joint(60.0))
@@ -316,3 +317,12 @@ def test_a_scene_frames_the_ground_as_far_as_it_does_not_dwarf_the_wall():
     squares = [[(-20, -9), (20, -9), (20, 0), (-20, 0)], [(0, 0), (1, 0), (1, 2), (0, 2)]]
     wide = lm.Assembly.from_polygons(squares, thickness=1.0, joint=joint, fixed=[0])
     assert held(lm.view(wide))["size"] == pytest.approx(np.linalg.norm([1 + 2 * 0.5, 1.0, 2 + 0.5]))
+
+
+def test_a_support_that_gives_way_is_shown_by_its_reaction():
+    blocks = [box((0, 0, 0), (1, 1, 1)), box((2, 0, 0), (3, 1, 1)), box((0, 0, 1), (3, 1, 2))]
+    beam = lm.Assembly.from_polyhedra(blocks, joint=JOINT, fixed=[0, 1])
+    found = lm.settlement_analysis(beam, 1)
+    page = lm.view(found.structure, found).html
+    assert f"{found.method}: {found.answer} (solved)" in page
+    assert "nan" not in page

@@ -2,11 +2,14 @@
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 import limitmason as lm
 from limitmason import figures
 from limitmason.continuum import Continuum
 from limitmason.errors import InputError
+from limitmason.figures.modes import _drawn
+from limitmason.geometry import box
 
 JOINT = lm.Joint(35.0, normal_stiffness=2e9, shear_stiffness=8e8)
 
@@ -61,3 +64,35 @@ def test_map_paints_only_free_faces_that_the_viewer_sees(solid):
         figures.solid_map(solid, values[1:])
     with pytest.raises(InputError, match="displacements"):
         figures.solid_map(solid, scale=3.0)
+
+
+def test_a_mode_reaches_as_far_as_is_stated_also_where_a_block_turns_about_itself():
+    cubes = [box((-1, -1, -1), (2, 2, 0)), box((0, 0, 0), (1, 1, 1))]
+    block = lm.Assembly.from_polyhedra(cubes, joint=JOINT, fixed=[0])
+    found = lm.modes(block, 5)
+    corners = block.blocks[1].vertices - block.centroids[1]
+    for number in range(1, 6):
+        u = _drawn(found, number, 0.06)[1]
+        moved = np.linalg.norm(u[:3] + np.cross(u[3:], corners), axis=1)
+        assert moved.max() == pytest.approx(0.06)  # of an extent of 1 m
+
+
+def test_the_caption_of_a_mode_states_no_length_and_takes_more_words(wall, solid):
+    for found in (lm.modes(wall, 1), lm.modes(solid, 1)):
+        axes = Figure().add_subplot()
+        figures.mode_shape(found, 1, ax=axes, caption="as built")
+        (caption,) = [t.get_text() for t in axes.texts if t.get_gid() == "caption"]
+        assert caption.startswith("participating mass")
+        assert caption.replace("\n", " ").endswith("as built")
+        assert "displacement" not in caption
+
+
+def test_a_map_refuses_limits_scales_and_colours_that_it_cannot_use(solid):
+    values = np.arange(len(solid.mesh), dtype=float)
+    still = np.zeros_like(solid.mesh.nodes)
+    for options, told in (
+        ({"values": values, "limits": (5.0, 1.0)}, "lowest, highest"), ({"limits": (0.0, 1.0)}, "of the colours"),
+        ({"displacement": still, "scale": -1.0}, "scale must be positive"), ({"colours": "no map"}, "colour map"),
+    ):
+        with pytest.raises(InputError, match=told):
+            figures.solid_map(solid, **options)

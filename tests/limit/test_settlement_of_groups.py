@@ -235,3 +235,11 @@ def test_what_no_reaction_holds_up_falls_beside_a_support_that_stays(direction):
     twists = np.abs(found.mechanism.twists)
     assert twists[1].max() < 1e-6 * twists.max()
     assert "right" not in found.details["falling_blocks"]
+
+
+def test_the_reaction_of_a_turn_is_a_moment():
+    piers = [box((0, 0, -1), (1, 1, 0)), box((3, 0, -1), (4, 1, 0)), box((0, 0, 0), (4, 1, 0.5))]
+    made = lm.Assembly.from_polyhedra(piers, joint=JOINT, fixed=[0, 1])
+    turn = lm.settlement_analysis(made, 1, direction=lm.SupportMotion(rotation=(0.0, 1.0, 0.0), about=(3.0, 0.5, 0.0)))
+    assert turn.answer == f"least reaction {turn.reaction.least:.6g} N m"
+    assert lm.settlement_analysis(made, 1).answer.endswith(" N")

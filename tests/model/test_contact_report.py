@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from lug_models import closed_form, lug, push_on_pier, whole
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
@@ -14,6 +15,7 @@ import limitmason as lm
 from limitmason.build.variants import displaced, resized
 from limitmason.figures import contacts, style
 from limitmason.geometry import box
+from limitmason.model.assembly import ContactError
 from limitmason.model.contact_report import NearMiss
 
 JOINT = lm.Joint(30.0)
@@ -426,3 +428,13 @@ def test_near_misses_go_along_where_blocks_are_resized_or_displaced():
     assert after.place == pytest.approx(before.place + (10.0, 0.0, 0.0))
     u[2, 2] = -0.001  # the gap closes
     assert not [d for d in displaced(wall, u).doubts if d.kind == "apart"]
+
+
+def test_in_space_blocks_that_float_have_the_colour_of_their_legend():
+    blocks = [box((0, 0, 0), (1, 1, 1)), box((0, 0, 1), (1, 1, 2)), box((3, 0, 3), (4, 1, 4))]
+    with pytest.raises(ContactError) as refused:
+        lm.Assembly.from_polyhedra(blocks, joint=JOINT, fixed=[0])
+    figure = lm.figures.contact_report(refused.value.assembly, view="3d")
+    entries = {h.get_label(): h.get_facecolor() for h in figure.legends[0].get_patches()}
+    assert set(entries) == {"floats", "fixed"}  # nothing moves here
+    assert entries["floats"] == to_rgba(style.STONE)

@@ -35,7 +35,7 @@ from limitmason.figures.scene.beside import SceneMotion, ScenePose, scene_origin
 from limitmason.figures.style import force_text, round_length
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.mechanics.joint_forces import joint_forces
-from limitmason.mechanics.rigid_motion import checked_twists, drawn_motion, free_bounds, structure_size
+from limitmason.mechanics.rigid_motion import checked_twists, drawn_motion, free_bounds, largest_rates, structure_size
 from limitmason.model import Assembly
 from limitmason.storage.files import named_path, write_text
 from limitmason.vibration import Modes
@@ -161,7 +161,9 @@ def _positions(model: Assembly, what: Any, scale: float | None, most: int) -> Sc
     if what is None:
         return SceneMotion([rest])
     if isinstance(what, Prediction):
-        line = f"{what.method}: λ = {what.collapse_multiplier:.4g} ({what.status})"
+        # a support that gives way has a reaction in place of a multiplier
+        told = f"λ = {what.collapse_multiplier:.4g}" if what.reaction is None else what.answer
+        line = f"{what.method}: {told} ({what.status})"
         if what.mechanism is None:
             return SceneMotion([rest], line)
         return _of_mechanism(model, what, line, _REACH if scale is None else scale, min(most, _GROWTH))
@@ -213,7 +215,7 @@ def _of_modes(model: Assembly, modes: Modes, scale: float) -> SceneMotion:
         raise InputError(f"modes of {shape.shape[1]} places do not belong to the {model.n_blocks} blocks here")
     poses = []
     for k, (motion, hertz) in enumerate(zip(shape, modes.frequency, strict=True), 1):
-        motion = motion * scale * structure_size(model) / np.linalg.norm(motion[:, :3], axis=1).max()
+        motion = motion * scale * structure_size(model) / largest_rates(model, motion[:, :6]).max()
         for phase in np.sin(2.0 * np.pi * np.arange(_SWING) / _SWING):
             poses.append(ScenePose(phase * motion[:, :3], phase * motion[:, 3:6], f"mode {k}, {hertz:.4g} Hz"))
     largest = _SWING // 4  # a quarter of a period
