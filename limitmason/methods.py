@@ -213,8 +213,11 @@ def answer(
     """
     if not isinstance(wanted, Mapping):
         raise InputError(f"wanted must be a mapping such as {{'peak': 'limit'}}, quantity to method, got {wanted!r}")
-    if unused := [m for m in options if m not in wanted.values()]:
-        raise InputError(f"options of {unused[0]!r}: no quantity is asked of it")
+    for name, given in options.items():
+        if name not in wanted.values():
+            raise InputError(f"options of {name!r}: no quantity is asked of it")
+        if not isinstance(given, Mapping):
+            raise InputError(f"options of {name!r} must be a mapping, got {given!r}")
     by: dict[str, Any] = {}  # what each method found, and its quantities
     known: dict[str, Mapping[str, float]] = {}
     out: dict[str, float] = {}
@@ -249,6 +252,12 @@ def _answered(
     drive, stages : of methods that follow them, or functions of assembly and loads that make them
     options : of the method
     """
+    # who follows stages takes no drive beside them, and only modes are paired with a test
+    given = {"test": test, "drive": drive, "stages": stages}
+    taken = "test" if method == MODES else "drive" if drive is not None else "stages"
+    if unused := [name for name, value in given.items() if value is not None and name != taken]:
+        besides = " beside a drive" if method != MODES and unused[0] == "stages" else ""
+        raise InputError(f"options of {method!r}: {unused[0]} is not used by it{besides}: leave it out")
     if method == MODES:
         if test is not None:
             modal = modes(assembly, **{"count": len(test) + SPARE, **options})

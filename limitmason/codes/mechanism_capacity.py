@@ -205,7 +205,8 @@ def peak_of(spectrum: Any) -> float:
         return math.sqrt(sum(a * a for a in spectrum.peaks()))
     if isinstance(spectrum, GroundSpectrum):
         return spectrum.ag * spectrum.amplification * GRAVITY
-    return spectrum.ag * GRAVITY
+    # not ag: that is what the record stands for, of rock for one on soil
+    return float(np.abs(np.asarray(spectrum.record)).max())
 
 
 def ag_of(spectrum: Spectrum) -> float:

@@ -7,7 +7,8 @@ from math import isfinite, isnan
 from pathlib import Path
 from typing import Any
 
-from limitmason.checks import choice
+from limitmason.answers.results import FlowRule
+from limitmason.checks import choice, instance
 from limitmason.comparison.rows import NAN, Row
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import abridged, aligned
@@ -37,7 +38,7 @@ def run(
     Parameters
     ----------
     test : the experiment, with the options chosen for it
-    method : as in ``limitmason.predict``
+    method : as in ``limitmason.predict``; "associative" and "non-associative" are "limit" with that flow rule
     flow_rule : limit analysis only. None: published values with the flow rule they were computed with, measured ones
         with the associative rule. Given: measured values with this rule, and only the published ones computed with it
     kinds : which values to compare with, out of "measured", "published", "recomputed"
@@ -57,6 +58,7 @@ def run(
     InputError
         For unknown kinds, quantities that the experiment does not have, and a flow rule with a method that has none.
     """
+    instance("test", test, Experiment, "limitmason.experiments.load")
     kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)
     if unknown := [k for k in kinds if k not in KINDS]:
         raise InputError(f"kinds: there is no {unknown[0]!r}; known are {', '.join(KINDS)}")
@@ -127,12 +129,15 @@ def _flow_rule(target: TargetValue, method: str, asked: str | None) -> str | Non
     method : by which it is predicted
     asked : flow rule that a user asks for, None for that of the value
     """
-    if method != LIMIT:
+    if method != LIMIT and method not in tuple(FlowRule):
         return ""
-    if asked is None:
+    if method == LIMIT and asked is None:
         return target.flow_rule or "associative"
+    rule = asked or method  # a method of that name is the rule
     # a value computed by another rule is not comparable; a measured one knows no rule
-    return asked if target.flow_rule in (None, asked) else None
+    if target.flow_rule not in (None, rule):
+        return None
+    return rule if method == LIMIT else ""
 
 
 def _combinations(test: Experiment) -> list[dict[str, Any]]:

@@ -346,3 +346,8 @@ def test_a_support_that_is_not_there_is_refused_before_the_analysis(monkeypatch,
     monkeypatch.setattr("limitmason.cli.safety.stability", lambda *_: pytest.fail("the analysis ran"))
     assert main(["stability", "ferris-tin-loi-2001/wall-3", "--support", "nope"]) == 2
     assert "nope" in capsys.readouterr().err
+
+
+def test_an_option_of_an_experiment_that_is_true_or_false_is_no_word():
+    chosen = cli.pushover._chosen(["crushing=False", "unit_cracks=True", "kn=None", "residual=none", "friction=0.6"])
+    assert chosen == {"crushing": False, "unit_cracks": True, "kn": None, "residual": "none", "friction": 0.6}

@@ -215,6 +215,19 @@ def test_spectrum_of_a_record_is_the_largest_over_the_periods():
     assert wider.scaled(2.0 * wider.ag).displacement(0.9, xi) == pytest.approx(2 * wider.displacement(0.9, xi))
 
 
+def test_a_record_that_stands_for_another_ag_sets_the_mechanism_in_motion_by_its_own_peak():
+    """On soil that doubles the peak, the ground on rock reaches half of what its own record would."""
+    record = np.sin(np.arange(0.0, 6.0, 0.01) * 12.0)
+    for state in ("SLD", "SLV", "SLC"):
+        own = RecordSpectrum(record, 0.01, least=0.3)
+        rock = RecordSpectrum(record, 0.01, least=0.3, ag=0.5 * own.ag)
+        found = [
+            capacity_of(np.ones(1), np.ones(1), 1.0, 0.1, overturning(), {**ALL, state: one}).ag[state]
+            for one in (own, rock)
+        ]
+        assert found[1] == pytest.approx(0.5 * found[0], rel=1e-9), state
+
+
 def test_oscillators_swing_on_after_a_record():
     """A triangle of 0.02 s is a blow v = a t / 2: v / w exp(-z / s acos(z)), s^2 = 1 - z^2, long after it."""
     period, z, step = 2.0, 0.08, 0.01
