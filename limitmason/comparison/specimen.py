@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.answers.results import FlowRule
-from limitmason.checks import choice, instance
+from limitmason.checks import choice, instance, several
 from limitmason.comparison.rows import NAN, Row
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import abridged, aligned
@@ -56,13 +56,16 @@ def run(
     Raises
     ------
     InputError
-        For unknown kinds, quantities that the experiment does not have, and a flow rule with a method that has none.
+        For unknown kinds and flow rules, quantities that the experiment does not have, and a flow rule with a method
+        that has none.
     """
     instance("test", test, Experiment, "limitmason.experiments.load")
     kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)
     if unknown := [k for k in kinds if k not in KINDS]:
         raise InputError(f"kinds: there is no {unknown[0]!r}; known are {', '.join(KINDS)}")
-    if flow_rule is not None and method != "limit":
+    if flow_rule is not None and method == LIMIT:
+        choice("flow_rule", flow_rule, tuple(FlowRule))
+    if flow_rule is not None and method != LIMIT:
         raise InputError(f"flow_rule is an option of limit analysis; method {method!r} takes that of the joints")
     wanted = _quantities(quantities, [test])
     solved: dict[tuple, Row] = {}
@@ -186,7 +189,7 @@ def table(
     source : only this source, or these
     method, arguments : as in :func:`run`
     quantities : only these, of those that one of the experiments has
-    with_model : as in ``all_cases``
+    with_model : as in ``all_cases``, of a source; cases that are given are taken as they are
     progress : called with a line before each experiment
     """
     if cases is None:
@@ -194,7 +197,7 @@ def table(
         cases = [case for name in names for case in all_cases(source=name, with_model=with_model)]
     elif source is not None:
         raise InputError("give either cases or source")
-    cases = list(cases)
+    cases = several("cases", cases, Experiment)
     wanted = _quantities(quantities, cases)
     if "kinds" in arguments and not isinstance(arguments["kinds"], str):
         arguments["kinds"] = tuple(arguments["kinds"])  # those of an iterator are for every experiment
@@ -236,9 +239,9 @@ def as_text(rows: Iterable[Row]) -> str:
         known = isfinite(r.predicted)
         options = "".join(f", {k} {v}" for k, v in r.options.items())
         line = (
-            f"{r.source}/{r.specimen}", r.quantity + options, r.kind, str(r.reference),
+            f"{r.source}/{r.specimen}", r.quantity + options, r.kind, "-" if r.reference is None else str(r.reference),
             f"{r.predicted:.5g}" if known else "-", f"{r.low:.4g} to {r.high:.4g}" if r.has_range else "",
-            f"{r.ratio:.3f}" if known else "-", r.flow_rule or r.method, r.status, f"{r.seconds:.2f}",
+            f"{r.ratio:.3f}" if isfinite(r.ratio) else "-", r.flow_rule or r.method, r.status, f"{r.seconds:.2f}",
         )
         lines.append(line)
     column = header.index("range")

@@ -153,11 +153,10 @@ def test_a_loss_at_once_is_found_however_finely_the_curve_is_sampled(samples, ov
 
 
 def test_a_path_that_turns_back_is_read_where_it_first_comes_to_a_displacement():
-    along = np.array([0.0, 0.02, 0.10, 0.06, 0.07, 0.20])
-    alpha = np.array([0.10, 0.099, 0.09, 0.08, 0.079, 0.0])
-    found = capacity_of(np.ones(1), np.ones(1), 1.0, 0.1, (along, alpha), ALL)
+    along = np.concatenate([np.linspace(0.0, 0.10, 6), np.linspace(0.09, 0.05, 5), np.linspace(0.06, 0.20, 15)])
+    found = capacity_of(np.ones(1), np.ones(1), 1.0, 0.1, (along, np.linspace(0.1, 0.0, 26)), ALL)
     assert found.d["SLV"] == pytest.approx(0.08)
-    assert found.a["SLV"] == pytest.approx((0.099 - 0.009 * 0.06 / 0.08) * GRAVITY)
+    assert found.a["SLV"] == pytest.approx(0.1 * (1.0 - 4 / 25) * GRAVITY)  # the fifth of 26 samples
 
 
 def test_damping_is_a_fraction_in_one_equation_and_per_cent_in_the_next():

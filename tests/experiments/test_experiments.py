@@ -323,6 +323,16 @@ def test_options_that_are_no_numbers_or_no_choice_are_refused_by_name(source, sp
         experiments.load(source, specimen, **options)
 
 
+@pytest.mark.parametrize("wall", ["SW.100.1", "WS1.100"])
+def test_minho_copy_with_another_option_still_says_what_is_assumed(wall):
+    test = experiments.load(MINHO, wall)
+    copied = test.with_options(beam_rotation="held")
+    assert copied.assumptions == test.assumptions
+    assert any(text.startswith("Friction") for text in copied.assumptions)
+    other = test.with_options(friction=0.7, force_height=1.4)
+    assert not any(text.startswith(("Friction", "The force height")) for text in other.assumptions)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [({"force_height": 0.9}, "above the wall's top"), ({"beam_rotation": "loose"}, "'free', 'held'")],
@@ -432,6 +442,10 @@ def test_asked_flow_rule_leaves_out_what_was_computed_with_another():
     # a method that is a flow rule is held against values of that rule, as "limit" with the rule is
     assert quantities(method="associative") == associative
     assert quantities(method="non-associative", quantities=["associative"]) == set()
+    with pytest.raises(InputError, match="flow_rule must be one of 'associative', 'non-associative', got 'nosuch'"):
+        quantities(flow_rule="nosuch")
+    with pytest.raises(InputError, match="cases must be a list"):
+        comparison.table(experiments.load(FERRIS, "wall-1"))
     with pytest.raises(InputError, match="test must be an Experiment"):
         comparison.run("ferris-tin-loi-2001/wall-1")
     with pytest.raises(InputError, match="quantities must be one of .* got 'peak'"):

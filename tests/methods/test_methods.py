@@ -114,6 +114,9 @@ def test_no_method_is_told_apart_by_its_name_outside_its_file():
     ({"peak": "dem"}, {"dem": {"drive": dem.Drive({"top": {"x": 1.0}}), "stages": [dem.Hold(steps=2)], "to": 1e-3}},
      "'dem': stages is not used by it beside a drive"),
     ({"collapse multiplier": "limit"}, {"limit": 3}, "options of 'limit' must be a mapping, got 3"),
+    ({"frequency 1": "modes"}, {"modes": {"test": 3}}, "options of 'modes': test must be a ModalTest"),
+    ({"peak": ["limit"]}, {}, "unknown method"),
+    ({3: "limit"}, {}, "the name of a quantity must be a str, got 3"),
 ])
 def test_what_a_method_asked_for_a_quantity_would_not_use_is_refused_by_name(wanted, options, message, wall):
     with pytest.raises(InputError, match=message):
