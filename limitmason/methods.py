@@ -20,6 +20,7 @@ from limitmason.answers.method import (
     Method,
 )
 from limitmason.answers.results import FlowRule, Prediction, Status
+from limitmason.checks import instance
 from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotConverged
 from limitmason.mechanics.model_notes import with_model_notes
@@ -101,7 +102,7 @@ def get_method(name: str, flow_rule: str | None = None) -> Method:
     elif flow_rule is not None:
         raise InputError(f"flow_rule is an option of method 'limit'; method {name!r} has its own")
     table = available_methods()
-    if name not in table:
+    if not isinstance(name, str) or name not in table:
         raise InputError(f"unknown method {name!r}; available: {', '.join(sorted({LIMIT, *table}))}")
     module, _, attribute = table[name].partition(":")
     found = getattr(import_module(module), attribute)
@@ -129,7 +130,10 @@ def options_by_method(
         raise InputError(f"methods: name at least one, for example {', '.join(COMPARED_METHODS)}")
     options, out = options or {}, {}
     for method in methods:
-        given = options.get(method.replace("-", "_"), options.get(method, {}))
+        written = method.replace("-", "_")
+        if written != method and written in options and method in options:
+            raise InputError(f"options of {method!r} are given twice, as {written!r} too: write one")
+        given = options.get(written, options.get(method, {}))
         if not isinstance(given, Mapping):
             raise InputError(f"options of {method!r} must be a mapping, got {given!r}")
         get_method(method).check_options(given)
@@ -213,15 +217,21 @@ def answer(
     """
     if not isinstance(wanted, Mapping):
         raise InputError(f"wanted must be a mapping such as {{'peak': 'limit'}}, quantity to method, got {wanted!r}")
-    if unused := [m for m in options if m not in wanted.values()]:
-        raise InputError(f"options of {unused[0]!r}: no quantity is asked of it")
+    for name, given in options.items():
+        if name not in wanted.values():
+            raise InputError(f"options of {name!r}: no quantity is asked of it")
+        if not isinstance(given, Mapping):
+            raise InputError(f"options of {name!r} must be a mapping, got {given!r}")
     by: dict[str, Any] = {}  # what each method found, and its quantities
     known: dict[str, Mapping[str, float]] = {}
     out: dict[str, float] = {}
     for quantity, method in wanted.items():
+        instance("wanted: the name of a quantity", quantity, str)
         if callable(method):
             out[quantity] = float(method(assembly, loads))
             continue
+        if method != MODES:
+            get_method(method)  # refuses what is no name of one
         if method not in by:
             asked = [q for q, m in wanted.items() if m == method]
             by[method], known[method] = _answered(assembly, loads, method, asked, **options.get(method, {}))
@@ -249,8 +259,15 @@ def _answered(
     drive, stages : of methods that follow them, or functions of assembly and loads that make them
     options : of the method
     """
+    # who follows stages takes no drive beside them, and only modes are paired with a test
+    given = {"test": test, "drive": drive, "stages": stages}
+    taken = "test" if method == MODES else "drive" if drive is not None else "stages"
+    if unused := [name for name, value in given.items() if value is not None and name != taken]:
+        besides = " beside a drive" if method != MODES and unused[0] == "stages" else ""
+        raise InputError(f"options of {method!r}: {unused[0]} is not used by it{besides}: leave it out")
     if method == MODES:
         if test is not None:
+            instance("options of 'modes': test", test, ModalTest)
             modal = modes(assembly, **{"count": len(test) + SPARE, **options})
             return modal, test.predicted(modal)
         # as many modes as the highest number asked for, such as 3 of "frequency 3"

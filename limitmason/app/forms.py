@@ -155,10 +155,12 @@ def experiment_fields(source: str, specimen: str) -> tuple[Field, ...]:
     table = registry.load(source, specimen).option_table
     out = []
     for name, option in table.items():
-        number = isinstance(option.default, int | float) and not isinstance(option.default, bool)
+        # without a default it is a number too: words have one, or choices
+        number = not (isinstance(option.default, str) or option.choices)
+        tick = True in option.choices
         out.append(Field(
-            name, "number" if number else "word", option.unit if number else "", option.meaning,
-            default=str(option.default), choices=tuple(map(str, option.choices)), first=True,
+            name, "tick" if tick else "number" if number else "word", option.unit if number else "", option.meaning,
+            default=str(option.default), choices=() if tick else tuple(map(str, option.choices)), first=True,
         ))
     return tuple(out)
 

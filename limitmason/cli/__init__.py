@@ -12,7 +12,7 @@ import warnings
 from collections.abc import Sequence
 from typing import Any
 
-from limitmason.cli.console import say
+from limitmason.cli.console import refuse_same_file, say
 from limitmason.cli.parser import command_parser
 from limitmason.display.progress import reached, show_progress, task
 from limitmason.errors import InputError, NotApplicable, NotConverged
@@ -47,6 +47,7 @@ def _run(options: argparse.Namespace) -> int:
         with task("limitmason"), warnings.catch_warnings():
             warnings.showwarning = _tell
             reached(0.0, share=1.0)
+            refuse_same_file(options)
             return options.run(options)
     except KeyboardInterrupt:
         say("interrupted")

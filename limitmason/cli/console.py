@@ -330,6 +330,20 @@ def refuse(options: argparse.Namespace, names: Iterable[str], because: str) -> N
             raise InputError(f"{shown} is not used {because}: leave it out")
 
 
+def refuse_same_file(options: argparse.Namespace) -> None:
+    """Refuse to write over the target of a command, or two answers to one file.
+
+    ``options`` are those of the command, checked before anything is read.
+    """
+    taken = {Path(options.target).resolve(): "the target"} if getattr(options, "target", None) else {}
+    for name, value in vars(options).items():
+        if isinstance(value, Path) and name not in ("data", "pool"):
+            shown, file = f"--{name.replace('_', '-')}", value.resolve()
+            if file in taken:
+                raise InputError(f"{shown} {value} is {taken[file]}, which would be lost: name another file")
+            taken[file] = f"the file of {shown}"
+
+
 def method_of(options: argparse.Namespace) -> str:
     """The method asked for."""
     return options.method or LIMIT

@@ -256,7 +256,9 @@ def load_object(text: str, what: str) -> Any:
     InputError
         Naming what is not found. An error of the module itself comes through as it is, with a note.
     """
-    module = text.rpartition(":")[0]
+    module, _, name = text.rpartition(":")
+    if not module or not name:
+        raise InputError(f"{what} {text}: give module:name or file.py:name")
     path = Path(module)
     is_file = path.suffix == ".py"
     folder = str(path.resolve().parent if is_file else Path.cwd())
@@ -341,7 +343,7 @@ def _noise(text: str | None) -> float | str | None:
     if text in (None, "unknown", "replicates"):
         return text
     try:
-        return float(text.rstrip("%")) / (100.0 if text.endswith("%") else 1.0)
+        return float(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
     except ValueError:
         raise InputError(
             f"--noise must be a number such as 0.04 or 4%, 'unknown' or 'replicates', got {text!r}"

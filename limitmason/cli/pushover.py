@@ -104,8 +104,9 @@ def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, L
 def _chosen(texts: list[str]) -> dict[str, Any]:
     """Options of an experiment by name, from ``texts`` written NAME=VALUE.
 
-    Numbers become numbers.
+    Numbers become numbers; the words None, True and False become what they say.
     """
+    words: dict[str, bool | None] = {"None": None, "True": True, "False": False}  # "none" is a residual strength
     out: dict[str, Any] = {}
     for text in texts:
         name, equals, value = text.partition("=")
@@ -114,7 +115,7 @@ def _chosen(texts: list[str]) -> dict[str, Any]:
         try:
             out[name] = float(value)
         except ValueError:
-            out[name] = value
+            out[name] = words.get(value, value)
     return out
 
 

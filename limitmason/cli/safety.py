@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 import limitmason as lm
+from limitmason.checks import positive
 from limitmason.cli import console, solve_and_draw
 from limitmason.errors import InputError
 from limitmason.limit import axle_envelope, load_region, thrust
@@ -158,6 +159,7 @@ def _assess(options: argparse.Namespace) -> int:
         spectra[state] = FloorSpectrum(ground, [t for t, _ in modes], [f for _, f in modes]) if modes else ground
     curve = None
     if options.to is not None:
+        positive("--to", options.to, "m")
         curve = whole_pushover(assembly, loads, to=options.to)
         console.say(f"capacity curve: {curve.status} at {curve.displacement[-1]:.4g} m")
     try:

@@ -117,7 +117,7 @@ def capacity_of(
         d0 = _zero(along, acceleration)
         lost = _lost_at(along, acceleration, d0)
         for state, part in SHARES.items():
-            d[state], a[state] = part * d0, float(np.interp(part * d0, along, acceleration))
+            d[state], a[state] = part * d0, _first_at(along, acceleration, part * d0)
             # life safety ends earlier where the capacity breaks off
             if state == "SLV" and lost is not None and along[lost] < d[state]:
                 d[state], a[state] = float(along[lost]), float(acceleration[lost])
@@ -177,6 +177,18 @@ def _zero(along: Array, a: Array) -> float:
     return float(along[k - 1] + (along[k] - along[k - 1]) * a[k - 1] / (a[k - 1] - a[k]))
 
 
+def _first_at(along: Array, a: Array, displacement: float) -> float:
+    """Acceleration where a path first comes to a displacement [m/s2]; a path that turns back comes there again.
+
+    Parameters
+    ----------
+    along, a : displacement [m] and acceleration [m/s2] of every sample, shape (n,)
+    displacement : below the largest of the path [m]
+    """
+    k = max(int(np.argmax(along >= displacement)), 1)
+    return float(np.interp(displacement, along[k - 1 : k + 1], a[k - 1 : k + 1]))
+
+
 def _lost_at(along: Array, a: Array, d0: float) -> int | None:
     """Number of the sample from which more than half of the capacity is lost at once.
 
@@ -205,7 +217,8 @@ def peak_of(spectrum: Any) -> float:
         return math.sqrt(sum(a * a for a in spectrum.peaks()))
     if isinstance(spectrum, GroundSpectrum):
         return spectrum.ag * spectrum.amplification * GRAVITY
-    return spectrum.ag * GRAVITY
+    # not ag: that is what the record stands for, of rock for one on soil
+    return float(np.abs(np.asarray(spectrum.record)).max())
 
 
 def ag_of(spectrum: Spectrum) -> float:

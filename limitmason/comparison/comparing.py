@@ -12,7 +12,7 @@ from typing import Any
 
 from limitmason.answers.references import LIMITMASON, Citation
 from limitmason.answers.results import Bound, Prediction
-from limitmason.checks import finite
+from limitmason.checks import finite, several
 from limitmason.comparison.findings import HOLDS, Answers
 from limitmason.comparison.rows import Row
 from limitmason.display.notebook import Displayed
@@ -216,7 +216,8 @@ def compare(
     Raises
     ------
     InputError
-        For unknown methods, options of a method that is not asked for, and measured values that are not positive.
+        For unknown methods, options of a method that is not asked for or is given twice, and measured values that are
+        not positive.
 
     Notes
     -----
@@ -224,7 +225,7 @@ def compare(
     why; wrong input and every other error come through. The store knows model, loads, method, options and the version
     of this package: that of another version is refused.
     """
-    methods = (methods,) if isinstance(methods, str) else tuple(methods)
+    methods = (methods,) if isinstance(methods, str) else several("methods", methods, str)
     settings = {m: {**get_method(m).stated, **own} for m, own in options_by_method(methods, options).items()}
     if proven is not None and not any(get_method(m).theorem == "admissible" for m in methods):
         raise InputError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")

@@ -7,7 +7,8 @@ from math import isfinite, isnan
 from pathlib import Path
 from typing import Any
 
-from limitmason.checks import choice
+from limitmason.answers.results import FlowRule
+from limitmason.checks import choice, instance, several
 from limitmason.comparison.rows import NAN, Row
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import abridged, aligned
@@ -37,7 +38,7 @@ def run(
     Parameters
     ----------
     test : the experiment, with the options chosen for it
-    method : as in ``limitmason.predict``
+    method : as in ``limitmason.predict``; "associative" and "non-associative" are "limit" with that flow rule
     flow_rule : limit analysis only. None: published values with the flow rule they were computed with, measured ones
         with the associative rule. Given: measured values with this rule, and only the published ones computed with it
     kinds : which values to compare with, out of "measured", "published", "recomputed"
@@ -55,12 +56,16 @@ def run(
     Raises
     ------
     InputError
-        For unknown kinds, quantities that the experiment does not have, and a flow rule with a method that has none.
+        For unknown kinds and flow rules, quantities that the experiment does not have, and a flow rule with a method
+        that has none.
     """
+    instance("test", test, Experiment, "limitmason.experiments.load")
     kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)
     if unknown := [k for k in kinds if k not in KINDS]:
         raise InputError(f"kinds: there is no {unknown[0]!r}; known are {', '.join(KINDS)}")
-    if flow_rule is not None and method != "limit":
+    if flow_rule is not None and method == LIMIT:
+        choice("flow_rule", flow_rule, tuple(FlowRule))
+    if flow_rule is not None and method != LIMIT:
         raise InputError(f"flow_rule is an option of limit analysis; method {method!r} takes that of the joints")
     wanted = _quantities(quantities, [test])
     solved: dict[tuple, Row] = {}
@@ -127,12 +132,15 @@ def _flow_rule(target: TargetValue, method: str, asked: str | None) -> str | Non
     method : by which it is predicted
     asked : flow rule that a user asks for, None for that of the value
     """
-    if method != LIMIT:
+    if method != LIMIT and method not in tuple(FlowRule):
         return ""
-    if asked is None:
+    if method == LIMIT and asked is None:
         return target.flow_rule or "associative"
+    rule = asked or method  # a method of that name is the rule
     # a value computed by another rule is not comparable; a measured one knows no rule
-    return asked if target.flow_rule in (None, asked) else None
+    if target.flow_rule not in (None, rule):
+        return None
+    return rule if method == LIMIT else ""
 
 
 def _combinations(test: Experiment) -> list[dict[str, Any]]:
@@ -181,7 +189,7 @@ def table(
     source : only this source, or these
     method, arguments : as in :func:`run`
     quantities : only these, of those that one of the experiments has
-    with_model : as in ``all_cases``
+    with_model : as in ``all_cases``, of a source; cases that are given are taken as they are
     progress : called with a line before each experiment
     """
     if cases is None:
@@ -189,7 +197,7 @@ def table(
         cases = [case for name in names for case in all_cases(source=name, with_model=with_model)]
     elif source is not None:
         raise InputError("give either cases or source")
-    cases = list(cases)
+    cases = several("cases", cases, Experiment)
     wanted = _quantities(quantities, cases)
     if "kinds" in arguments and not isinstance(arguments["kinds"], str):
         arguments["kinds"] = tuple(arguments["kinds"])  # those of an iterator are for every experiment
@@ -231,9 +239,9 @@ def as_text(rows: Iterable[Row]) -> str:
         known = isfinite(r.predicted)
         options = "".join(f", {k} {v}" for k, v in r.options.items())
         line = (
-            f"{r.source}/{r.specimen}", r.quantity + options, r.kind, str(r.reference),
+            f"{r.source}/{r.specimen}", r.quantity + options, r.kind, "-" if r.reference is None else str(r.reference),
             f"{r.predicted:.5g}" if known else "-", f"{r.low:.4g} to {r.high:.4g}" if r.has_range else "",
-            f"{r.ratio:.3f}" if known else "-", r.flow_rule or r.method, r.status, f"{r.seconds:.2f}",
+            f"{r.ratio:.3f}" if isfinite(r.ratio) else "-", r.flow_rule or r.method, r.status, f"{r.seconds:.2f}",
         )
         lines.append(line)
     column = header.index("range")

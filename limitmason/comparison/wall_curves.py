@@ -89,16 +89,19 @@ class WallCurve:
 
     @property
     def peak(self) -> float:
-        """Largest force [kN]."""
-        return max(self.force)
+        """Largest force [kN], NaN of a wall without a curve."""
+        return max(self.force, default=math.nan)
 
     @property
     def mode(self) -> str:
         """F, S, SL or G by the inelastic motion just after the peak, see :meth:`inelastic`.
 
         F where bed joints that slip and vertical planes that move apart have less than half of the motion of the top.
-        Else the largest of them names it, as in :func:`limitmason.comparison.wall_modes.mode_of_shares`.
+        Else the largest of them names it, as in :func:`limitmason.comparison.wall_modes.mode_of_shares`. A wall without
+        a curve has none, "".
         """
+        if not self.force:
+            return ""
         slips, slid, apart, past = self.inelastic(self.just_after)
         return "F" if slips + apart < INNER else mode_of_shares(slid, apart, past)
 

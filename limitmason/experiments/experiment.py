@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.references import DATA, LIMITMASON, Citation, Cited, Reference
-from limitmason.checks import choice
+from limitmason.checks import choice, law_number
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.model.assembly import Assembly
@@ -319,7 +319,7 @@ def _lines(table: Mapping[str, Quantity | str]) -> list[str]:
 def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source: str) -> dict[str, Any]:
     """Defaults of options, overridden by what is given.
 
-    An unknown option, or choice of one, is an error that lists the known ones.
+    An unknown option, or choice of one, is an error that lists the known ones. So is a number that is none.
 
     Parameters
     ----------
@@ -331,8 +331,12 @@ def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source
         if key not in table:
             known = ", ".join(table) or "none"
             raise InputError(f"{source} has no option {key!r}; its options are: {known}")
-        if table[key].choices:
-            choice(f"{source}: {key}", given[key], table[key].choices)
+        option, value = table[key], given[key]
+        if option.choices:
+            choice(f"{source}: {key}", value, option.choices)
+        # the builders know the words that they take; every other option is a number, or None where that is the default
+        elif not (isinstance(option.default, str) or (value is None and option.default is None)):
+            law_number(f"{source}: {key}", value)
     return {key: given.get(key, option.default) for key, option in table.items()}
 
 

@@ -346,3 +346,32 @@ def test_a_support_that_is_not_there_is_refused_before_the_analysis(monkeypatch,
     monkeypatch.setattr("limitmason.cli.safety.stability", lambda *_: pytest.fail("the analysis ran"))
     assert main(["stability", "ferris-tin-loi-2001/wall-3", "--support", "nope"]) == 2
     assert "nope" in capsys.readouterr().err
+
+
+def test_an_option_of_an_experiment_that_is_true_or_false_is_no_word():
+    chosen = cli.pushover._chosen(["crushing=False", "unit_cracks=True", "kn=None", "residual=none", "friction=0.6"])
+    assert chosen == {"crushing": False, "unit_cracks": True, "kn": None, "residual": "none", "friction": 0.6}
+
+
+@pytest.mark.parametrize(("more", "message"), [
+    (("--forces", "wall.json"), "--forces wall.json is the target, which would be lost"),
+    (("--output", "./wall.json"), "--output wall.json is the target"),
+    (("--output", "a.json", "--forces", "a.json"), "is the file of --"),
+])
+def test_no_answer_is_written_over_the_target_or_another_answer(more, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run("template", "wall.json", capsys=capsys)
+    before = (tmp_path / "wall.json").read_bytes()
+    status, out, err = run("solve", "wall.json", *more, capsys=capsys)
+    assert status == 2
+    assert message in err
+    assert not out
+    assert (tmp_path / "wall.json").read_bytes() == before
+    assert not (tmp_path / "a.json").exists()
+
+
+def test_a_verdict_is_not_asked_of_a_push_the_other_way(tmp_path, capsys):
+    run("template", tmp_path / "wall.json", capsys=capsys)
+    status, _, err = run("assess", tmp_path / "wall.json", "--site", 0.15, 2.45, 0.28, "--to", "-1mm", capsys=capsys)
+    assert status == 2
+    assert "--to must be positive [m], got -0.001" in err

@@ -215,6 +215,8 @@ def cell(row, column, value):
     (None, ("--measured", "force"), "there is no column 'force'"),
     (None, ("--covariates", "age"), "there is no column 'age' for the covariates"),
     (None, ("--noise", "small"), "--noise must be a number"),
+    (None, ("--noise", "4%%"), "--noise must be a number such as 0.04 or 4%"),
+    (None, ("--model", ":f"), "--model :f: give module:name or file.py:name"),
     (None, ("--noise", "4"), "0.04 is 4 %"),
     (None, ("--causes", "gain,magic"), "there is no cause 'magic'"),
     (None, ("--model", "nowhere"), "neither module:function nor a packaged series"),

@@ -152,6 +152,13 @@ def test_a_loss_at_once_is_found_however_finely_the_curve_is_sampled(samples, ov
     assert c.a["SLV"] == pytest.approx(0.08 * GRAVITY, rel=1e-9)
 
 
+def test_a_path_that_turns_back_is_read_where_it_first_comes_to_a_displacement():
+    along = np.concatenate([np.linspace(0.0, 0.10, 6), np.linspace(0.09, 0.05, 5), np.linspace(0.06, 0.20, 15)])
+    found = capacity_of(np.ones(1), np.ones(1), 1.0, 0.1, (along, np.linspace(0.1, 0.0, 26)), ALL)
+    assert found.d["SLV"] == pytest.approx(0.08)
+    assert found.a["SLV"] == pytest.approx(0.1 * (1.0 - 4 / 25) * GRAVITY)  # the fifth of 26 samples
+
+
 def test_damping_is_a_fraction_in_one_equation_and_per_cent_in_the_next():
     """1.1 / sqrt(0.05) = 4.92 and sqrt(1 + 0.0004 25) = 1.005; "5" in both would give 0.49 and 1.005."""
     floor = FloorSpectrum(SITE, [0.3], [1.2], damping=0.05)
@@ -213,6 +220,19 @@ def test_spectrum_of_a_record_is_the_largest_over_the_periods():
     wider = RecordSpectrum(record, 0.005, least=0.3)
     assert wider.displacement(0.9, xi) == pytest.approx(wanted, rel=0.02)  # 0.9 s alone would be far less
     assert wider.scaled(2.0 * wider.ag).displacement(0.9, xi) == pytest.approx(2 * wider.displacement(0.9, xi))
+
+
+def test_a_record_that_stands_for_another_ag_sets_the_mechanism_in_motion_by_its_own_peak():
+    """On soil that doubles the peak, the ground on rock reaches half of what its own record would."""
+    record = np.sin(np.arange(0.0, 6.0, 0.01) * 12.0)
+    for state in ("SLD", "SLV", "SLC"):
+        own = RecordSpectrum(record, 0.01, least=0.3)
+        rock = RecordSpectrum(record, 0.01, least=0.3, ag=0.5 * own.ag)
+        found = [
+            capacity_of(np.ones(1), np.ones(1), 1.0, 0.1, overturning(), {**ALL, state: one}).ag[state]
+            for one in (own, rock)
+        ]
+        assert found[1] == pytest.approx(0.5 * found[0], rel=1e-9), state
 
 
 def test_oscillators_swing_on_after_a_record():

@@ -92,6 +92,13 @@ def test_wrong_options_are_refused(options, message):
         load("S1", **options)
 
 
+@pytest.mark.parametrize(("modulus", "said"), [
+    (16.7e9, "as 16.7 GPa, not the 1670 MPa"), (7e9, "as 7 GPa, not the 1670 MPa"), (1.67e9, "as the 1.67 GPa that"),
+])
+def test_data_sheet_says_the_modulus_that_the_bricks_have(modulus, said):
+    assert f"assumed {said}" in str(load("S1", young_modulus=modulus))
+
+
 def test_published_points_of_a_run_and_none_of_a_panel():
     curve = load("udec-09").curve()
     assert curve.load.tolist() == [0.0, 2.21, 10.03]

@@ -5,6 +5,7 @@ import doctest
 import json
 import math
 import pickle
+import re
 
 import numpy as np
 import pytest
@@ -303,6 +304,35 @@ def test_minho_ws_walls_rock_as_rigid_blocks_within_15_per_cent_and_sw_30_exceed
     assert all(x > 1.0 for (name, _), x in ratio.items() if name.startswith(("SW.100", "SW.200", "SW.250")))
 
 
+@pytest.mark.parametrize(("source", "specimen", "options", "message"), [
+    (MINHO, "SW.100.1", {"friction": "x"}, "friction must be a number, got 'x'"),
+    (MINHO, "SW.100.1", {"force_height": "1.0"}, "force_height must be a number"),
+    (MINHO, "SW.100.1", {"crushing": "False"}, "crushing must be one of False, True, got 'False'"),
+    ("bnw-walls", "BNW1", {"friction": 0.6, "crushing": "False"}, "crushing must be one of None, True, False"),
+    ("mcmaster-bending", "theta-0", {"scale_thickness": "no"}, "scale_thickness must be one of False, True"),
+    ("mcmaster-bending", "theta-0", {"load_span": "0.5"}, "load_span must be a number"),
+    ("murano-u-walls", "DS", {"header_positions": 2.5}, "header_positions must be a whole number"),
+    ("murano-u-walls", "DS", {"roof_from": None}, "roof_from must be a number"),
+    ("modern-walls", "189", {"coarse": -1}, "coarse = -1 must not be negative"),
+    ("modern-walls", "189", {"coarse": 0}, "coarse must be a whole number of at least 1"),
+    ("modern-walls", "189", {"shear_span": -1.0}, "shear_span = -1.0 must not be negative"),
+    ("modern-walls", "189", {"energy_share": math.nan}, "energy_share is NaN"),
+])
+def test_options_that_are_no_numbers_or_no_choice_are_refused_by_name(source, specimen, options, message):
+    with pytest.raises(InputError, match=re.escape(message)):
+        experiments.load(source, specimen, **options)
+
+
+@pytest.mark.parametrize("wall", ["SW.100.1", "WS1.100"])
+def test_minho_copy_with_another_option_still_says_what_is_assumed(wall):
+    test = experiments.load(MINHO, wall)
+    copied = test.with_options(beam_rotation="held")
+    assert copied.assumptions == test.assumptions
+    assert any(text.startswith("Friction") for text in copied.assumptions)
+    other = test.with_options(friction=0.7, force_height=1.4)
+    assert not any(text.startswith(("Friction", "The force height")) for text in other.assumptions)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [({"force_height": 0.9}, "above the wall's top"), ({"beam_rotation": "loose"}, "'free', 'held'")],
@@ -409,6 +439,15 @@ def test_asked_flow_rule_leaves_out_what_was_computed_with_another():
     assert associative == {"associative", "HybriDFEM associative"}
     assert quantities(flow_rule="associative", quantities=["associative"]) == {"associative"}
     assert quantities(flow_rule="associative", kinds="measured") == set()
+    # a method that is a flow rule is held against values of that rule, as "limit" with the rule is
+    assert quantities(method="associative") == associative
+    assert quantities(method="non-associative", quantities=["associative"]) == set()
+    with pytest.raises(InputError, match="flow_rule must be one of 'associative', 'non-associative', got 'nosuch'"):
+        quantities(flow_rule="nosuch")
+    with pytest.raises(InputError, match="cases must be a list"):
+        comparison.table(experiments.load(FERRIS, "wall-1"))
+    with pytest.raises(InputError, match="test must be an Experiment"):
+        comparison.run("ferris-tin-loi-2001/wall-1")
     with pytest.raises(InputError, match="quantities must be one of .* got 'peak'"):
         quantities(quantities=["associative", "peak"])
 

@@ -1,5 +1,7 @@
 """Curves of measured walls: statics of rocking and sliding by path and DEM, what gave way, refusals."""
 
+import math
+
 import numpy as np
 import pytest
 
@@ -83,6 +85,12 @@ def test_wall_that_crushes_under_its_load_is_named_and_has_no_curve():
     found = wall_curve(load("22", sigma0=9.0))
     assert "sigma0 = 9 MPa is above fc" in found.status
     assert found.force == []
+
+
+def test_a_wall_without_a_curve_has_neither_peak_nor_mode():
+    none = WallCurve(wall="1", status="crushes")
+    assert math.isnan(none.peak)
+    assert none.mode == ""
 
 
 def test_a_method_that_follows_no_wall_is_refused():

@@ -194,6 +194,9 @@ def test_proven_range_replaces_what_the_search_found():
     (lambda w: lm.compare(*w, "associative", measured=-1.0), "measured must be positive"),
     (lambda w: lm.compare(*w, "associative", measured=(0.5, 0.4)), "measured must be positive"),
     (lambda w: lm.compare(*w, "associative", associative=3), "must be a mapping"),
+    (lambda w: lm.compare(*w, None), "methods must be a list"),
+    (lambda w: lm.compare(*w, "non-associative", **{"non-associative": {"search": "quick"}, "non_associative": {}}),
+     "'non-associative' are given twice"),
 ])
 def test_mistakes_are_named(call, message, wall):
     with pytest.raises(ValueError, match=message):

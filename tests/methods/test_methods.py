@@ -7,10 +7,13 @@ from pathlib import Path
 
 import pytest
 
+import dem
 import limitmason as lm
 from limitmason import cli, methods
 from limitmason.answers.method import Look, Method, settings_of
 from limitmason.answers.results import Bound, BoundKind, Prediction, Range, Status
+from limitmason.errors import InputError
+from limitmason.methods import answer
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -102,3 +105,19 @@ def test_no_method_is_told_apart_by_its_name_outside_its_file():
         if pattern.search(line) and "flow_rule" not in line and "experiments" not in path.parts
     ]
     assert guilty == []
+
+
+@pytest.mark.parametrize(("wanted", "options", "message"), [
+    ({"frequency 1": "modes"}, {"modes": {"drive": dem.Drive({"top": {"x": 1.0}})}}, "'modes': drive is not used"),
+    ({"frequency 1": "modes"}, {"modes": {"stages": [dem.Hold(steps=2)]}}, "'modes': stages is not used"),
+    ({"collapse multiplier": "limit"}, {"limit": {"test": object()}}, "'limit': test is not used"),
+    ({"peak": "dem"}, {"dem": {"drive": dem.Drive({"top": {"x": 1.0}}), "stages": [dem.Hold(steps=2)], "to": 1e-3}},
+     "'dem': stages is not used by it beside a drive"),
+    ({"collapse multiplier": "limit"}, {"limit": 3}, "options of 'limit' must be a mapping, got 3"),
+    ({"frequency 1": "modes"}, {"modes": {"test": 3}}, "options of 'modes': test must be a ModalTest"),
+    ({"peak": ["limit"]}, {}, "unknown method"),
+    ({3: "limit"}, {}, "the name of a quantity must be a str, got 3"),
+])
+def test_what_a_method_asked_for_a_quantity_would_not_use_is_refused_by_name(wanted, options, message, wall):
+    with pytest.raises(InputError, match=message):
+        answer(*wall, wanted, **options)

@@ -3,6 +3,7 @@
 The drawing of the panels is lost: their assemblies are inferred, see :mod:`.layout`, and marked so.
 """
 
+from math import isclose
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,8 @@ _TABLE_4 = "input of the UDEC model calibrated on S1 to S4, Table 4; not measure
 
 _SPAN, _LONG_SPAN = 2.025, 2.925
 """Clear opening of the panels and runs, and of the panel L1 [m]."""
+
+_PRINTED_MODULUS = 1.67e9  # of the bricks, Table 4 [Pa]
 
 LOSSES = tuple(str(v) for v in (LostBy.OPENING, LostBy.OPENING_OR_SLIP, LostBy.NOTHING))
 
@@ -89,11 +92,13 @@ def load(specimen: str, **options: Any) -> Experiment:
     parameters: dict[str, Quantity | str] = {**given, **table.quantities(row, own)}
     if row.get("note"):
         parameters["note"] = row["note"]
+    said = source_folder.read_description(NAME)["assumptions"]
+    modulus = "printed" if isclose(chosen["young_modulus"], _PRINTED_MODULUS) else "assumed"
     open_outline = ("787.5/8/4", "562.5/8/4") if specimen == "L1" else OUTLINES
     return Experiment(
         source=source_folder.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
         row=row, title=title, parameters=parameters, measured=measured, published=published, targets=targets,
-        assumptions=tuple(source_folder.read_description(NAME)["assumptions"]["always"]),
+        assumptions=(*said["always"], said["modulus"][modulus].format(modulus=1e-9 * chosen["young_modulus"])),
         multiplier_to_measured=Quantity(1.0, "kN"), no_model=NO_PLAN, inferred=BASIS,
         open_options={"outline": open_outline, "young_modulus": (16.7e9, 1.67e9), "loss": LOSSES},
     )

@@ -76,8 +76,10 @@ def load(specimen: str, **options: Any) -> Experiment:
     assumptions, names = list(said["assumptions"]["always"]), said["quantities"]
     left_open: dict[str, tuple[Any, ...]] = {}  # options that sources leave open, with the values to show
     known, height = bool(series["friction"]), float(row["H0"]) / 1e3  # of the horizontal force above the ground [m]
-    if chosen["friction"] is None:
-        chosen["friction"] = float(series["friction"]) if known else WS_FRICTION
+    # what is assumed stays so in a copy with other options, which is given the number itself
+    friction = float(series["friction"]) if known else WS_FRICTION
+    if chosen["friction"] in (None, friction):
+        chosen["friction"] = friction
         assumptions.append(
             "Friction 0.62 is assumed: it is the value of another author's model of these walls."
             if known
@@ -89,7 +91,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     if series["force_height_others"]:
         other = float(series["force_height_others"]) / 1e3
         left_open["force_height"] = (other, height)
-        if chosen["force_height"] is None:
+        if chosen["force_height"] in (None, height):
             assumptions.append(
                 f"The force height {height:g} m of the database is assumed; nine courses and a beam one course high "
                 f"put it at {other:g} m (option force_height)."

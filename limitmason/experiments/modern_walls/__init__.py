@@ -15,6 +15,7 @@ import numpy as np
 
 from limitmason.answers.curve import Curve
 from limitmason.build import wall as running_wall
+from limitmason.checks import count
 from limitmason.errors import InputError
 from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.modern_walls.inputs import complete, has_shear_span, inputs_of
@@ -98,6 +99,8 @@ def load(specimen: str, **options: Any) -> Experiment:
     row, names = table.row(specimen), read_description(NAME)["quantities"]
     response = next((r for r in responses.rows if r["specimen"] == specimen), None)
     measured = {} if response is None else responses.quantities(response, names["measured"])
+    chosen_for_it = chosen_options(OPTIONS, options, NAME)
+    chosen_for_it["coarse"] = count(f"{NAME}: coarse", chosen_for_it["coarse"])
     inputs = inputs_of(row)
     units, said = units_per_course(row)
     assumed = [k for k, i in inputs.items() if i.kind == "assumed"]
@@ -116,7 +119,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     chosen = {name: inputs[key] for name, key in names["inputs"].items()}
     shown = {name: Quantity(one.value, one.unit, str(one)) for name, one in chosen.items()}
     return Experiment(
-        source=read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen_options(OPTIONS, options, NAME),
+        source=read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen_for_it,
         option_table=OPTIONS, row=row, measured=measured, assumptions=tuple(assumptions),
         title=f"{row['test_unit']} of {row['campaign']}: {row['unit_type']}, {row['bed_joints']} bed joints, "
         f"head joints {row['head_joints'] or 'unknown'}; "

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from limitmason.build import wall as running_wall
+from limitmason.checks import count
 from limitmason.errors import InputError
 from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.recipe import Recipe
@@ -49,6 +50,8 @@ def load(specimen: str, **options: Any) -> Experiment:
     table, said = read_table(NAME, "walls.csv"), read_description(NAME)
     row, names = table.row(specimen), said["quantities"]
     chosen = chosen_options(OPTIONS, options, NAME)
+    for name in ("header_courses", "header_positions"):
+        chosen[name] = count(f"{NAME}: {name}", chosen[name])
     derived = float(row["return_length"])
     if chosen["return_length"] is None:
         chosen["return_length"] = derived
@@ -126,7 +129,7 @@ def assembly(test: Experiment) -> Assembly:
         return_length=float(options["return_length"]),
         unit=(float(given["unit length"]), float(given["course height"]), leaf), staggering=float(given["staggering"]),
         leaves=round(float(given["thickness"]) / leaf),
-        header_every=(int(options["header_courses"]), int(options["header_positions"])),
+        header_every=(options["header_courses"], options["header_positions"]),
         joint=joint, joints={"base": ground}, density=float(given["density"]),
     )
     return with_source(wall, test)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from limitmason.build.wall import wall
-from limitmason.checks import choice
+from limitmason.checks import choice, count, finite, positive
 from limitmason.errors import InputError
 from limitmason.experiments.experiment import Experiment, TargetValue, chosen_options
 from limitmason.experiments.recipe import Recipe
@@ -80,11 +80,11 @@ def specimen(
     choice("sense", sense, tuple(SENSES))
     choice("return_walls", return_walls, (1, 2))
     for label, units in (("facade_units", facade_units), ("return_units", return_units)):
-        if not units >= 1.0 or not float(2.0 * units).is_integer():
+        if not finite(label, units) >= 1.0 or not float(2.0 * units).is_integer():
             raise InputError(f"{label} must be at least 1, in steps of half a block, got {units!r}")
     given = read_parameters(NAME)
     length, height, thickness = (float(given[f"block {side}"]) / 1e3 for side in ("length", "height", "thickness"))
-    rows = courses / block_scale if block_scale > 0.0 else 0.0  # courses of scaled blocks
+    rows = count("courses", courses) / positive("block_scale", block_scale)  # courses of scaled blocks
     if not rows >= 1.0 or abs(rows - round(rows)) > 1e-9:  # a division may miss a whole number by rounding
         raise InputError(f"block_scale {block_scale!r} does not divide {courses} courses into whole ones")
     joint = Joint(

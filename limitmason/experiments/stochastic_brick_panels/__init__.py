@@ -84,6 +84,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     specimen : for example "set-1-spatial", see :func:`specimens`
     options : none are taken
     """
+    choice("specimen", specimen, specimens())
     chosen_options({}, options, NAME)  # refuses any
     number, kind = specimen.removeprefix("set-").split("-", 1)
     table = read_table(NAME, "sets.csv")
