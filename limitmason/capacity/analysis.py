@@ -43,6 +43,7 @@ from limitmason.capacity.path_warnings import (
     landed_warnings,
     pressure_sharing_warnings,
     stiffness_warnings,
+    torsion_warnings,
 )
 from limitmason.capacity.point_law import ElastoplasticLaw
 from limitmason.capacity.refusals import (
@@ -238,9 +239,11 @@ def pushover(
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said + too_stiff + landed_warnings(generations, nodes)
-    warnings += branch_warnings(generations, nodes) if initial is None else []
-    if initial is None and named.any():
-        warnings += _point_warnings(generations, nodes, contact_model, standard=contact_model is None and grid is None)
+    if initial is None:
+        standard = contact_model is None and grid is None
+        warnings += branch_warnings(generations, nodes) + (torsion_warnings(generations, nodes) if standard else [])
+        if named.any():
+            warnings += _point_warnings(generations, nodes, contact_model, standard)
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     _, toward = senses(begins, end, ratio)
     unit = None if moving is None else ratio

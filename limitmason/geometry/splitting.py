@@ -1,11 +1,14 @@
 """Convex polyhedra and polygons split by a plane."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.geometry.polyhedron import Solid, box
+from limitmason.geometry.polyhedron import Solid, box, face_plane
+
+_JOINED = 1e-6
+"""Chosen: faces of two pieces this near to one plane, of the size of both, join them."""
 
 
 def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> tuple[Array | None, Array | None]:
@@ -38,6 +41,51 @@ def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> 
         if hb >= 0.0:
             above.append(b)
     return np.array(below), np.array(above)
+
+
+def outer_faces(parts: Sequence[Solid]) -> list[Array]:
+    """Faces of the pieces of one body, without what lies between two of them [m], shape (k, 3) each.
+
+    They are convex and run counter-clockwise seen from outside.
+
+    Parameters
+    ----------
+    parts : convex pieces that do not overlap
+    """
+    faces = [(k, part.vertices[list(face)]) for k, part in enumerate(parts) for face in part.faces]
+    if len(parts) == 1:
+        return [face for _, face in faces]
+    slack = _JOINED * float(np.ptp(np.vstack([part.vertices for part in parts]), axis=0).max())
+    planes = [face_plane(face) for _, face in faces]
+    out = []
+    for (part, face), (normal, offset) in zip(faces, planes, strict=True):
+        left = [face]
+        for (other, cover), (opposite, distance) in zip(faces, planes, strict=True):
+            if other != part and normal @ opposite < _JOINED - 1.0 and abs(offset + distance) <= slack:
+                left = [rest for piece in left for rest in _uncovered(piece, cover, opposite, slack)]
+        out += left
+    return out
+
+
+def _uncovered(polygon: Array, cover: Array, normal: Array, slack: float) -> list[Array]:
+    """What another convex polygon in its plane leaves of a convex one, in convex pieces [m], shape (k, 3) each.
+
+    Parameters
+    ----------
+    polygon : [m], shape (n, 3)
+    cover : counter-clockwise about ``normal`` [m], shape (m, 3)
+    normal : unit vector, shape (3,)
+    slack : vertices nearer than this to a side of the cover lie on it [m]
+    """
+    inside, out = polygon, []
+    for a, b in zip(cover, np.roll(cover, -1, axis=0), strict=True):
+        side = np.cross(b - a, normal)
+        within, beside = split_polygon(inside, a, side / np.linalg.norm(side), slack)
+        if within is None:  # all of the rest lies beside the cover, and so does all of the polygon
+            return [polygon]
+        inside = within
+        out += [] if beside is None else [beside]
+    return out
 
 
 def split_solid(solid: Solid, point: Array, normal: Array, slack: float) -> tuple[Solid | None, Solid | None, Array]:

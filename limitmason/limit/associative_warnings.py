@@ -1,24 +1,18 @@
 """What an associative prediction says beside its number: reasons and warnings."""
 
-import numpy as np
-
 from limitmason.answers.results import Prediction, Status
 from limitmason.limit.program.face_cells import spread_cohesion
 from limitmason.limit.program.static_theorem import Problem
 from limitmason.limit.torsion import JUMPING, LAST
-from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.law_table import ASSOCIATIVE, notes
+from limitmason.mechanics.resultants import twisted_joints
 
 CONFINEMENT_WARNING = 10.0
 """Largest joint force over the total load from which an answer is said to rest on self-stress."""
 
-TORSION = 0.4
-"""Torsion over strength times side of a face that is more than uniform pressure allows [-]: a square has 0.3826."""
-
-NO_TORSION = 1e-6
-"""Torsion [N m] over the unit of force [N] that is rounding."""
-
-TWISTED = "some faces carry more torsion than uniform pressure allows (0.38 (mu N + c A) a on a square)"
+TWISTED = (
+    "some faces carry more torsion than uniform pressure allows (0.38 (mu N + c A) a on a square, less beside shear)"
+)
 
 REASON = {
     Status.CANNOT_STAND: "no admissible joint forces carry the dead load: the structure cannot stand before any live "
@@ -76,13 +70,8 @@ def self_stress(confinement: float) -> list[str]:
 
 
 def twisted_faces(problem: Problem, prediction: Prediction) -> bool:
-    """Whether a face in space carries more torsion than uniform pressure allows.
-
-    The limit is ``TORSION`` times its strength in shear [N] and the root of its area [m], exact for squares.
-    """
+    """Whether a face in space carries more torsion than uniform pressure allows."""
     resultants = prediction.resultants
     if problem.plane is not None or resultants is None:
         return False
-    x = problem.assembly.links
-    limit = interface_law(x).over(x.area).shear_strength(np.maximum(resultants.normal, 0.0)) * np.sqrt(x.area)
-    return bool((np.abs(resultants.torsion) > TORSION * limit + NO_TORSION * problem.force_scale).any())
+    return bool(twisted_joints(problem.assembly, resultants, problem.force_scale).any())

@@ -6,11 +6,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.answers.results import Mechanism, Resultants
-from limitmason.arrays import Array
+from limitmason.arrays import Array, Flags
 from limitmason.mechanics.dissipation import along_tangents, point_rates
+from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.residuals import live_size
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
+
+TORSION = 0.4
+"""Torsion over strength times side of a face that is more than uniform pressure allows [-]: a square has 0.3826."""
+
+NO_TORSION = 1e-6
+"""Torsion [N m] over the unit of force [N] that is rounding."""
+
+BESIDE_SHEAR = 1.05
+"""Chosen: shares of shear and of torsion, squared, whose sum is beyond even pressure. On that it is below one."""
+
+
+def twisted_joints(assembly: Assembly, found: Resultants, unit: float) -> Flags:
+    """Joints in space that carry more torsion than uniform pressure allows, shape (k,).
+
+    The limit is ``TORSION`` times the strength in shear [N] and the root of the area [m], exact for squares. A dry face
+    that also slides bears less, about the centre of its pressure: the squares of both shares then add up to one.
+
+    Parameters
+    ----------
+    found : forces in the joints, and in ties after them
+    unit : a force of the problem, of which 1e-6 is rounding [N]
+    """
+    x = assembly.links
+    law, normal = interface_law(x), np.maximum(found.normal, 0.0)
+    strength = law.over(x.area).shear_strength(normal)
+    limit = TORSION * strength * np.sqrt(x.area)
+    alone = np.abs(found.torsion) > limit + NO_TORSION * unit
+    dry = (law.cohesion == 0.0) & (strength > NO_TORSION * unit)
+    safe = np.where(dry, normal, 1.0)
+    # about the centre of pressure, at (-m2, m1) / N along the tangents
+    about = found.torsion + (found.moment * found.shear).sum(axis=1) / safe
+    shares = (about / np.where(dry, limit, 1.0)) ** 2
+    shares += ((found.shear / np.where(dry, strength, 1.0)[:, None]) ** 2).sum(axis=1)
+    turns = np.abs(about) > NO_TORSION * unit
+    return alone | (dry & turns & (shares > BESIDE_SHEAR))
 
 
 def resultants_from_points(

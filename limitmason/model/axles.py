@@ -65,7 +65,7 @@ def extrados(assembly: Assembly) -> list[Strip]:
         for block in (i.block_a, i.block_b):
             joints.setdefault(block, []).append((i.polygon.mean(axis=0), i.normal))
     for k in np.flatnonzero(~assembly.fixed):
-        for corners in assembly.blocks[k].faces:
+        for corners in assembly.blocks[k].outer_faces:
             n, _ = face_plane(corners)
             size = float(np.ptp(corners, axis=0).max())
             # normals of joints run from block a to block b: into this block or out of it

@@ -66,7 +66,7 @@ def backfill_forces(
                 covered[block].append((joint.polygon, sense * joint.normal))
     for i in rows:
         # sign, polygon and outward normal
-        surfaces = [(1.0, face, face_plane(face)[0]) for face in assembly.blocks[i].faces]
+        surfaces = [(1.0, face, face_plane(face)[0]) for face in assembly.blocks[i].outer_faces]
         surfaces += [(-1.0, polygon, normal) for polygon, normal in covered[i]]
         for sign, polygon, normal in surfaces:
             if normal[2] <= _UP:

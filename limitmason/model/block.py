@@ -10,6 +10,7 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import Solid, mass_properties, steiner
+from limitmason.geometry.splitting import outer_faces
 from limitmason.model.input import read_vector
 from limitmason.model.material import Material
 from limitmason.storage.frozen import ReadOnly, frozen, owned
@@ -101,6 +102,14 @@ class Block(ReadOnly):
         They run counter-clockwise seen from outside.
         """
         return [part.vertices[list(face)] for part in self.parts for face in part.faces]
+
+    @cached_property
+    def outer_faces(self) -> tuple[Array, ...]:
+        """Corners of what is seen of these faces [m], shape (k, 3) each.
+
+        What lies between two of its pieces is left out.
+        """
+        return tuple(frozen(face) for face in outer_faces(self.parts))
 
     @property
     def vertices(self) -> Array:

@@ -125,7 +125,7 @@ def patch_forces(assembly: "Assembly", corners: ArrayLike, pressure: Pressure) -
     patch = read_patch(corners)
     forces, total, loaded = AppliedForces.none(assembly), 0.0, False
     for i, block in enumerate(assembly.blocks):
-        for face in block.faces:
+        for face in block.outer_faces:
             if not patch.holds(face) or face_plane(face)[0] @ patch.normal < _PARALLEL:
                 continue
             left = patch.clipped(face)

@@ -110,7 +110,7 @@ def side_forces(
     outward = read_direction("face", _SIDES[face] if isinstance(face, str) else face)
     name = assembly.blocks[block].name
     forces, found, loaded = AppliedForces.none(assembly), False, False
-    for corners in assembly.blocks[block].faces:
+    for corners in assembly.blocks[block].outer_faces:
         normal, _ = face_plane(corners)
         if normal @ outward < np.cos(np.deg2rad(_SAME_SIDE_DEG)):
             continue

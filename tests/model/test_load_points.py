@@ -5,6 +5,7 @@ import pytest
 
 import limitmason as lm
 from limitmason import formats
+from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.figures.canvas import resultant
 from limitmason.geometry import box, prism
@@ -210,3 +211,40 @@ def test_corners_of_a_patch_may_repeat_and_a_star_is_no_patch():
     star = np.column_stack([np.zeros(5), LENGTH / 2 - 0.1 * np.cos(turn), HEIGHT / 2 + 0.1 * np.sin(turn)])
     with pytest.raises(lm.errors.InputError, match="flat convex polygon"):
         lm.Loads.weight(wall).with_patch_pressure(wall, star, pressure=1e3)
+
+
+T_BLOCK = np.array([(0.4, 0.0), (0.6, 0.0), (0.6, 0.5), (1.0, 0.5), (1.0, 1.0), (0.0, 1.0), (0.0, 0.5), (0.4, 0.5)])
+TURNED_T = T_BLOCK[::-1] * (1.0, -1.0) + (0.0, 1.0)
+
+
+def block_with_notches(outline):
+    ground = [(-1.0, -0.3), (2.0, -0.3), (2.0, 0.0), (-1.0, 0.0)]
+    return lm.Assembly.from_polygons([ground, outline], thickness=1.0, joint=lm.Joint(35.0), fixed=[0])
+
+
+def down(loads, assembly):
+    return -(loads.dead + loads.live - lm.Loads.weight(assembly).dead)[1, 2]
+
+
+@pytest.mark.exact
+@pytest.mark.parametrize(("outline", "fill"), [(T_BLOCK, 1.0 * 0.5), (TURNED_T, 0.2 * 0.5 + 0.8 * 1.0)])
+def test_nothing_presses_between_the_pieces_of_a_block_with_notches(outline, fill):
+    # the faces in which two of its pieces join were loaded too: 20 to 30 % too much pressed on it
+    model = block_with_notches(outline)
+    weight = lm.Loads.weight(model)
+    sides = np.linalg.norm(outline - np.roll(outline, 1, axis=0), axis=1).sum() * 1.0
+    outer = [np.cross(f[1:-1] - f[0], f[2:] - f[0]).sum(axis=0) / 2 for f in model.blocks[1].outer_faces]
+    assert np.linalg.norm(outer, axis=1).sum() == pytest.approx(sides + 2 * model.volumes[1] / 1.0, rel=1e-12)
+    assert down(weight.with_backfill(model, 1.5, 1000.0), model) == pytest.approx(1000.0 * GRAVITY * fill)
+    assert down(weight.with_pressure(model, 1, pressure=100.0), model) == pytest.approx(100.0)
+    assert down(weight.with_pressure(model, 1, pressure=100.0, face="bottom"), model) == pytest.approx(-100.0)
+    # an axle that lies wholly above the block: part of it went into the faces between the pieces and was lost
+    assert down(weight.with_axle(model, 0.5, 1e3, level=1.1, spread_deg=0.0), model) == pytest.approx(1e3)
+
+
+@pytest.mark.exact
+def test_a_patch_over_the_shoulders_of_a_block_presses_beside_its_neck():
+    model = block_with_notches(TURNED_T)
+    shoulders = [(0.0, 0.0, 0.5), (1.0, 0.0, 0.5), (1.0, 1.0, 0.5), (0.0, 1.0, 0.5)]
+    pressed = lm.Loads.weight(model).with_patch_pressure(model, shoulders, pressure=100.0)
+    assert down(pressed, model) == pytest.approx(80.0)
