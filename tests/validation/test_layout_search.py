@@ -237,8 +237,8 @@ def test_growing_blocks_keep_the_wall():
 
 @pytest.mark.parametrize(
     "wrong",
-    [{"return_walls": 3}, {"facade_units": 2.3}, {"sense": "up"}, {"corner": "butt"}, {"block_scale": 3.0}, {"facade_units": "4"}, {"courses": 2.5}, {"block_scale": None},
-     {"first_through": "both"}],
+    [{"return_walls": 3}, {"facade_units": 2.3}, {"sense": "up"}, {"corner": "butt"}, {"block_scale": 3.0},
+     {"facade_units": "4"}, {"courses": 2.5}, {"block_scale": None}, {"first_through": "both"}],
 )
 def test_bad_arguments_of_the_specimen_are_named(wrong):
     with pytest.raises(ValueError, match=next(iter(wrong))):
