@@ -180,8 +180,11 @@ def assess(
     chain = bodies_of(assembly, twists)
     # a capacity curve of this package has forces, of ``unit`` at a multiplier of one
     alpha = None if curve is None else curve.load / float(getattr(curve, "unit", 1.0))
-    # a control that moves against its axis has a curve below zero
-    path = None if curve is None else (np.sign(curve.displacement[-1]) * curve.displacement, np.asarray(alpha))
+    # a control that moves against its axis has a curve below zero, which may come back to where it began
+    path = None
+    if curve is not None:
+        furthest = curve.displacement[np.abs(curve.displacement).argmax()]
+        path = np.sign(furthest) * curve.displacement, np.asarray(alpha)
     # the blocks of every body of the chain, then every block as a body of its own
     readings = []
     for groups in (chain, [[i] for body in chain for i in body]):

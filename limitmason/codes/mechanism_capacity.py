@@ -121,6 +121,11 @@ def capacity_of(
             # life safety ends earlier where the capacity breaks off
             if state == "SLV" and lost is not None and along[lost] < d[state]:
                 d[state], a[state] = float(along[lost]), float(acceleration[lost])
+            if not (d[state] > 0.0 and a[state] > 0.0):
+                raise InputError(
+                    f"curve: it carries nothing at the displacement of {state}, {d[state]:.3g} m of the oscillator; "
+                    "follow it from the dead load to where it is zero"
+                )
             period[state] = PERIODS[state] * math.pi * math.sqrt(d[state] / a[state])
             asked = partial(_excess, period[state], DAMPING[state], d[state])
             ag[state] = _reached(spectra[state], asked)
@@ -168,8 +173,10 @@ def _zero(along: Array, a: Array) -> float:
     """
     # a curve of elastic joints begins at zero too
     peak = int(np.argmax(a))
+    if not a[peak] > 0.0:
+        raise InputError("curve: it never carries a load above zero; follow it in the sense of the live load")
     below = peak + np.flatnonzero(a[peak:] <= 0.0)
-    if not len(below) or not a[peak] > 0.0:
+    if not len(below):
         raise InputError(
             f"the curve ends at alpha = {a[-1] / a.max():.2f} of its largest: follow it to where it is zero"
         )

@@ -14,11 +14,11 @@ from limitmason.capacity.analysis import whole_pushover
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.step_length import Steps
-from limitmason.checks import choice
+from limitmason.checks import choice, instance, positive
 from limitmason.comparison.wall_modes import joint_motions, mode_of_shares
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.experiment import Experiment
-from limitmason.experiments.modern_walls import BEAM, THIN, units_per_course
+from limitmason.experiments.modern_walls import BEAM, NAME, THIN, units_per_course
 from limitmason.geometry.rotation import rotation_vectors
 from limitmason.methods import DEM, get_method
 from limitmason.model.assembly import Assembly
@@ -149,6 +149,8 @@ def wall_curve(test: Experiment, *, to: float = FURTHEST, tries: int = TRIES, by
     not go on to spall. The DEM pushes cantilevers and walls whose two ends are held; others are refused by name.
     """
     choice("by", by, ("pushover", DEM))
+    choice("test: its source", instance("test", test, Experiment).source.name, (NAME,))
+    positive("to", to)
     begun = time.process_time()
     if test.options["coarse"] == 1:  # its default: who asks for another coarseness keeps it
         test = test.with_options(coarse=coarseness(test))

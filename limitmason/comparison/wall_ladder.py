@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from limitmason.answers.results import Prediction
-from limitmason.checks import choice
+from limitmason.checks import choice, several
 from limitmason.comparison.wall_curves import wall_curve
 from limitmason.comparison.wall_modes import mode_inside, rocking_force
 from limitmason.display.progress import reached, watched
@@ -19,7 +19,7 @@ from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments import registry
 from limitmason.experiments.experiment import Experiment
 from limitmason.experiments.modern_walls import MODELS, NAME, shear_span, value
-from limitmason.experiments.modern_walls.inputs import has_shear_span, inputs_of
+from limitmason.experiments.modern_walls.inputs import inputs_of
 from limitmason.limit.analysis import whole_limit_analysis
 from limitmason.mechanics.pier_strength import wall_forces
 from limitmason.study.memo import Memo
@@ -129,13 +129,14 @@ def predict_walls(
     Notes
     -----
     The spread of the inputs is that of first order: the root of the sum of squares of the changes of ln V. Inputs are
-    taken as independent. Wall 97 has no shear span: its status says so.
+    taken as independent. Wall 97 has no shear span: its status says so, unless the option gives one.
     """
     choice("method", method, LADDER)
     if method == "formulas" and options:
         raise InputError(f"options: the formulas have no assembly, and no {', '.join(options)}")
-    walls = [walls] if isinstance(walls, str) else walls
-    names = list(USUAL.get(method, registry.specimens(NAME)) if walls is None else walls)
+    if walls is None:
+        walls = USUAL.get(method, registry.specimens(NAME))
+    names = [walls] if isinstance(walls, str) else list(several("walls", walls, str))
     chosen = {} if method == "formulas" else {**MODELS.get(method, MODELS["extended"]), **(options or {})}
     memo = Memo(store, kind=dict)
     asked = fingerprint(method, dict(chosen), spread)  # answers of other options are told apart in the store
@@ -172,7 +173,7 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
     test = registry.load(NAME, wall, **options)
     row: dict[str, Any] = {"wall": wall, "method": method, "status": test.no_model, "inside": "", "seconds": 0.0}
     row |= dict.fromkeys(("force", "spread", "rocks"), np.nan)
-    if not has_shear_span(test.row):
+    if test.no_model:
         return row
     solve = _SOLVERS[method]
     try:

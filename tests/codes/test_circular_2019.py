@@ -159,6 +159,25 @@ def test_a_path_that_turns_back_is_read_where_it_first_comes_to_a_displacement()
     assert found.a["SLV"] == pytest.approx(0.1 * (1.0 - 4 / 25) * GRAVITY)  # the fifth of 26 samples
 
 
+@pytest.mark.parametrize(("along", "alpha", "message"), [
+    ([0.0, 0.2, 0.21, 0.22], [0.0, 0.0, 0.1, 0.0], "carries nothing at the displacement of SLV"),
+    ([0.0, 0.0], [0.1, 0.0], "carries nothing at the displacement of SLV"),
+    ([0.0, 0.1], [-0.1, 0.0], "never carries a load above zero"),
+])
+def test_a_curve_that_carries_nothing_where_it_is_read_is_refused(along, alpha, message):
+    with pytest.raises(InputError, match=message):
+        capacity_of(np.ones(1), np.ones(1), 1.0, 0.1, (np.array(along), np.array(alpha)), ALL)
+
+
+def test_a_curve_that_comes_back_to_where_it_began_is_read_by_its_furthest_displacement():
+    wall = lm.build.wall(length=0.6, courses=5, unit=(0.6, 0.6, 0.3), joint=lm.Joint(35.0))
+    there, back = (
+        lm.codes.assess(wall, lm.Loads.horizontal(wall, (0, 1, 0)), SITE, curve=lm.Curve(u, a, load_unit="-")).reached
+        for u, a in (([0.0, 0.3], [0.1, 0.0]), ([0.0, 0.3, 0.0], [0.1, 0.0, 0.0]))
+    )
+    assert back == there
+
+
 def test_damping_is_a_fraction_in_one_equation_and_per_cent_in_the_next():
     """1.1 / sqrt(0.05) = 4.92 and sqrt(1 + 0.0004 25) = 1.005; "5" in both would give 0.49 and 1.005."""
     floor = FloorSpectrum(SITE, [0.3], [1.2], damping=0.05)

@@ -83,6 +83,11 @@ def test_wall_without_shear_span_is_refused_by_name_and_a_load_above_fc_too():
     assert not wall.has_model
     with pytest.raises(InputError, match="modern-walls/97 has no assembly: wall 97 has '/' for its shear span"):
         wall.assembly()
+    with pytest.raises(InputError, match="for its shear span; give the option shear_span"):
+        wall.drive()
+    given = wall.with_options(shear_span=1.0)
+    assert given.has_model
+    assert given.loads().name == f"1000 N at {float(wall.row['H']):g} m"
     with pytest.raises(InputError, match=r"sigma0 = 9 MPa is above fc = 7\.92"):
         experiments.load(NAME, "22", sigma0=9.0).assembly()
     with pytest.raises(InputError, match="no cantilever"):

@@ -87,6 +87,15 @@ def test_wall_that_crushes_under_its_load_is_named_and_has_no_curve():
     assert found.force == []
 
 
+@pytest.mark.parametrize(("test", "arguments", "message"), [
+    (("minho-dry-stone-2005-2009", "SW.100.1"), {}, "source must be one of 'modern-walls'"),
+    ((NAME, "189"), {"to": -1.0}, "to must be positive"), ((NAME, "189"), {"to": "x"}, "to must be a finite number"),
+])
+def test_what_no_wall_can_be_pushed_to_is_refused_by_name(test, arguments, message):
+    with pytest.raises(InputError, match=message):
+        wall_curve(experiments.load(*test), **arguments)
+
+
 def test_a_wall_without_a_curve_has_neither_peak_nor_mode():
     none = WallCurve(wall="1", status="crushes")
     assert math.isnan(none.peak)

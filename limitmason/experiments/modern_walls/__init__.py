@@ -132,7 +132,8 @@ def load(specimen: str, **options: Any) -> Experiment:
         },
         targets=tuple(TargetValue(f"Vmax{s}", "measured", direction=s) for s in "+-" if f"Vmax{s}" in measured),
         multiplier_to_measured=Quantity(FORCE / 1e3, "kN"),
-        no_model="" if has_shear_span(row) else f"wall {specimen} has {row['H0_over_H']!r} for its shear span",
+        no_model="" if has_shear_span(row) or chosen_for_it["shear_span"] is not None
+        else f"wall {specimen} has {row['H0_over_H']!r} for its shear span",
     )
 
 
@@ -272,6 +273,8 @@ def _mortar(test: Experiment, share: float, friction: float) -> Joint:
 
 def shear_span(test: Experiment) -> float:
     """Height of zero moment over that of the wall of a ``test`` [-]."""
+    if test.no_model:
+        raise InputError(f"{test.name}: {test.no_model}; give the option shear_span")
     given = test.options["shear_span"]
     return float(test.row["H0_over_H"] if given is None else given)
 
