@@ -162,7 +162,7 @@ def solved(system: VibratingSystem, count: int) -> Modes:
     Parameters
     ----------
     system : K and M of the free unknowns
-    count : how many modes, fewer than there are unknowns
+    count : how many modes, at most as many as there are unknowns
 
     Raises
     ------
@@ -170,8 +170,8 @@ def solved(system: VibratingSystem, count: int) -> Modes:
         As :func:`modes`.
     """
     n = system.stiffness.shape[0]
-    if not (isinstance(count, int | np.integer) and 1 <= count < n):
-        raise InputError(f"count must lie between 1 and {n - 1}, got {count!r}")
+    if not (isinstance(count, int | np.integer) and 1 <= count <= n):
+        raise InputError(f"count must lie between 1 and {n}, got {count!r}")
     k, m = system.stiffness, system.mass
     value, vector, below, _ = lowest(system, count)
     # a motion that nothing holds, whose eigenvalue is rounding of the largest ones
