@@ -136,10 +136,11 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         object.__setattr__(self, "errors", errors)
         if len(self.states) not in (0, n):
             raise InputError(f"there are {len(self.states)} states for {n} samples")
-        outside = [e for e in self.events if not isinstance(e.index, Integral) or not 0 <= e.index < n]
+        events = tuple(self.events)
+        outside = [e for e in events if not isinstance(e.index, Integral) or not 0 <= e.index < n]
         if outside:
             raise InputError(f"event {outside[0].name!r} is at sample {outside[0].index} of a curve of {n}")
-        object.__setattr__(self, "events", tuple(sorted(self.events, key=lambda e: e.index)))
+        object.__setattr__(self, "events", tuple(sorted(events, key=lambda e: e.index)))
 
     def __len__(self) -> int:
         return len(self.displacement)

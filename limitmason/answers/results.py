@@ -76,7 +76,7 @@ class Bound(str):
     def __new__(cls, kind: BoundKind, text: str | None = None) -> Bound:
         """Take the kind and the words, which are the kind alone where none are given."""
         self = super().__new__(cls, str(kind) if text is None else text)
-        self.kind = BoundKind(kind)
+        self.kind = BoundKind(member_of(BoundKind, kind, "kind of a bound"))
         return self
 
     def __getnewargs__(self) -> Any:

@@ -10,11 +10,12 @@ from limitmason.checks import instance
 from limitmason.codes import Assessment, FloorSpectrum, GroundSpectrum, RecordSpectrum
 from limitmason.codes.circular_2019 import STATES
 from limitmason.codes.mechanism_capacity import DAMPING, Capacity, Spectrum
+from limitmason.codes.spectra import LARGEST_AG
 from limitmason.constants import VERSION
 from limitmason.figures.collapse_mechanism import mechanism
 from limitmason.figures.page import bullets, image, table, write_page
 from limitmason.figures.report_page import geometry_facts, joint_table, load_facts
-from limitmason.figures.safety import assessment
+from limitmason.figures.safety import assessment, share_text
 
 _SHEET = """
 .sheet { display: grid; grid-template-columns: 2fr 3fr; gap: 1.2rem; align-items: start; }
@@ -48,8 +49,10 @@ def assessment_report(verdict: Assessment, path: str | Path, *, title: str = "Lo
         The file.
     """
     instance("verdict", verdict, Assessment, "by lm.assess")
-    share, reached, asked = (d["SLV"] for d in (verdict.safety, verdict.reached, verdict.demand))
-    headline = f"SLV is reached at {reached:.3f} g, {share:.0%} of the {asked:.3f} g that are asked"
+    headline = (
+        f"SLV is reached at {_shown(verdict.reached['SLV'], 3)} g, {share_text(verdict, 'SLV')} of the "
+        f"{verdict.demand['SLV']:.3f} g that are asked"
+    )
     drawn = [image(mechanism(verdict.structure, verdict.prediction, title="Mechanism"), "mechanism")]
     # without a curve the spectrum is drawn, which a record does not have
     if verdict.curve is not None or not any(isinstance(s, RecordSpectrum) for s in verdict.spectra.values()):
@@ -79,9 +82,10 @@ def _states(verdict: Assessment) -> str:
     }
     rows = [
         ("kept" if state == "SLV" else "", [
-            state, (f"{verdict.reached[state]:.3f}",), (f"{verdict.demand[state]:.3f}",), (f"{share:.0%}",), how[state],
+            state, (_shown(verdict.reached[state], 3),), (f"{verdict.demand[state]:.3f}",),
+            (share_text(verdict, state),), how[state],
         ])
-        for state, share in verdict.safety.items()
+        for state in verdict.safety
     ]
     return table(["limit state", "a_g reached [g]", "a_g asked [g]", "share", "by"], rows)
 
@@ -114,9 +118,9 @@ def _capacities(verdict: Assessment) -> str:
     return table(header, rows)
 
 
-def _shown(value: float) -> str:
+def _shown(value: float, digits: int = 4) -> str:
     """A quantity in words; infinite is an acceleration [g] beyond all that were tried."""
-    return "more than 2" if math.isinf(value) else f"{value:.4f}"
+    return f"more than {LARGEST_AG:g}" if math.isinf(value) else f"{value:.{digits}f}"
 
 
 def _input(verdict: Assessment) -> list[str]:

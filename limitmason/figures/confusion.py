@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from limitmason.figures import style
+from limitmason.figures.residuals import written
 
 CLASSES = (
     (1.0, "#D55E00", "below 1: not told apart"),
@@ -59,7 +60,7 @@ def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] 
     ax.set_ylim(count, 0)
     size = min(style._SMALL, max(5.0, 62 * cell))  # letters shrink with the cells [pt]
     ax.set_xticks(np.arange(count) + 0.5, [str(k + 1) for k in range(count)], fontsize=size)
-    rows = [f"{name}  {k}" if named else str(k) for k, name in enumerate(names, 1)]
+    rows = [f"{written(name)}  {k}" if named else str(k) for k, name in enumerate(names, 1)]
     ax.set_yticks(np.arange(count) + 0.5, rows, fontsize=min(size, 7))
     ax.xaxis.tick_top()
     ax.tick_params(length=0, pad=2, colors=style.BLACK)
@@ -114,8 +115,8 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
     hidden = ", ".join(result.invisible) or "none"
     lines = [
         "Squared distance d2 in noise units: row true cause, column rival by number, refitted with the inputs.",
-        *style.lines_of(f"Twins: {twins}.", page, most=2),
-        *style.lines_of(f"Not seen within their bounds (grey): {hidden}.", page, most=1),
+        *style.lines_of(f"Twins: {written(twins)}.", page, most=2),
+        *style.lines_of(f"Not seen within their bounds (grey): {written(hidden)}.", page, most=1),
     ]
     style.Heading(title, lines, page).put(figure)
     place = {"loc": "upper left", "bbox_to_anchor": ((left + side + gap) / page, low + side / height)} if beside else {

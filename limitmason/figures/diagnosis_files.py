@@ -11,7 +11,7 @@ from limitmason.figures.confusion import confusable
 from limitmason.figures.diagnosis_panels import diagnosis
 from limitmason.figures.verdict_page import diagnosis_page
 from limitmason.storage.csv_table import write_table
-from limitmason.storage.files import save_figure, write_text
+from limitmason.storage.files import named_path, save_figure, write_text
 
 
 def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> list[Path]:
@@ -35,9 +35,10 @@ def diagnosis_folder(found: Any, folder: str | Path, *, checks: bool = True) -> 
     InputError
         Where a file stands in place of the folder.
     """
-    out, answer = Path(folder), found.answer
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out} is a file; name a folder")
+    out, answer = named_path(folder), found.answer
+    there = next((p for p in (out, *out.parents) if p.exists()), out)
+    if there.is_file():
+        raise InputError(f"{there} is a file; name a folder")
     out.mkdir(parents=True, exist_ok=True)
     about = answer.study.about
     write_text(out / "report.txt", found.report(checks=checks) + "\n")

@@ -19,7 +19,7 @@ from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.verdict_text import headline
 from limitmason.figures import style
 from limitmason.figures.confusion import distance_legend, draw_distances
-from limitmason.figures.residuals import few_labels, kinds_note, of_covariate, ordered_covariates, residual_panel
+from limitmason.figures.residuals import few_labels, kinds_note, named, of_covariate, ordered_covariates, residual_panel
 
 MOST_COLUMNS = 4  # kept explanations that get a column of residuals
 MOST_ROWS = 5  # covariates shown
@@ -47,7 +47,8 @@ class _Sheet:
 
     def text(self, x: float, y: float, text: str, **options: Any) -> None:
         """Add text at x from the left and y from the top [in]; ``options`` of the figure."""
-        self._texts.append((self.figure.text(0, 0, text, **{"va": "top", **options}), x, y))
+        options = {"va": "top", "parse_math": options.get("gid") == "title", **options}
+        self._texts.append((self.figure.text(0, 0, text, **options), x, y))
 
     def axes(self, x: float, y: float, width: float, height: float) -> Axes:
         """New axes of a size, their upper left corner at x and y from the top left [in]."""
@@ -171,7 +172,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
                 ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth + 0.03, width, 1.25 * _PANEL)
                 residual_panel(ax, width, covariates[name], values[()], limits, noise, _BASE, _trend_of(result, name),
                                first=k == 0, kinds=result.design.kinds)
-                ax.set_xlabel(with_unit(name, units), fontsize=7, color=style.BLACK, labelpad=1.5)
+                ax.set_xlabel(named(name, units), fontsize=7, color=style.BLACK, labelpad=1.5)
             sheet.depth += 1.25 * _PANEL + 0.48
         return
     width = (_PAGE - _LEFT - _RIGHT - (len(columns) - 1) * _GAP) / len(columns)
@@ -192,7 +193,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
         x = _LEFT + 0.5 * (_PAGE - _LEFT - _RIGHT)
         # numbers and few words are written under the axis
         sheet.depth += high + (0.19 if is_numeric(covariates[name]) or few_labels(covariates[name]) else 0.05)
-        sheet.text(x, sheet.depth, with_unit(name, units), fontsize=7, ha="center")
+        sheet.text(x, sheet.depth, named(name, units), fontsize=7, ha="center", parse_math=True)
         sheet.depth += 0.24
 
 
@@ -236,12 +237,6 @@ def _error(result: Any, names: tuple[str, ...]) -> float:
 def _trend_of(result: Any, name: str) -> str | None:
     """Kind of the trend along a covariate where the verdict names it, else None."""
     return result.verdict.trend if of_covariate(result, name) else None
-
-
-def with_unit(name: str, units: Mapping[str, str]) -> str:
-    """A covariate with its unit in brackets, where it has one."""
-    unit = units.get(name, "")
-    return f"{name} [{unit}]" if unit and unit != "-" else name
 
 
 def _sizes(sheet: _Sheet, result: Any) -> None:
@@ -298,7 +293,7 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
         sheet.text(left + width + 0.12, sheet.depth + 0.02 + row * (k + 0.5), text, fontsize=7, va="center",
                    color=colour, gid="size")
     ax.set(xlim=(-0.03, 1.03), ylim=(len(listed) - 0.5, -0.5), xticks=[])
-    ax.set_yticks(range(len(listed)), [f"{c.name}  {k}" for k, c in enumerate(listed, 1)], fontsize=7)
+    ax.set_yticks(range(len(listed)), [f"{named(c.name)}  {k}" for k, c in enumerate(listed, 1)], fontsize=7)
     ax.tick_params(length=0, colors=style.BLACK)
     for cause, label in zip(listed, ax.get_yticklabels(), strict=True):
         label.set_fontweight("bold" if cause.name in result.estimates else "normal")
@@ -383,7 +378,7 @@ def _predicted(ax: Axes, result: Any, quantity: str) -> int:
                 markeredgewidth=0.7, zorder=3 if names else 2, gid="after" if names else "before")
         label = label if len(label) < 30 else label[:28] + "…"
         handles.append(Line2D([], [], color=colour, marker="o" if names else "s", markerfacecolor=face, markersize=3.8,
-                              linestyle="none", label=f"{label}: {_error(result, names):.1f} %"))
+                              linestyle="none", label=f"{named(label)}: {_error(result, names):.1f} %"))
     if result.gain is not None:
         left_out = 100.0 * result.gain.error_left_out
         handles.append(Line2D([], [], linestyle="none", label=f"each specimen left out: {left_out:.1f} %"))

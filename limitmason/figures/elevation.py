@@ -279,4 +279,4 @@ def label_blocks(ax: Axes, view: Elevation, scale: float) -> None:
         # 0.62 of its size is the mean width of a letter
         size = float(min(0.5 * high, wide / (0.62 * max(len(block.name), 1)), 7.0))
         ax.text(x, y, block.name, ha="center", va="center", fontsize=max(size, 1.0), color=style.FAINT, zorder=4,
-                clip_on=True)
+                clip_on=True, parse_math=False)

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.crack_patterns import one_a_sample, point_text, sample_of
@@ -58,7 +59,7 @@ def plasticity(
     shifts = [curve.zones[i].shift - start for i, _ in drawn]
     if scale is None:
         scale = style.seen_at(shifts[-1], _DRAWN * float(np.ptp(mesh.place, axis=0).max()))
-    places = [mesh.place + scale * u for u in shifts]
+    places = [mesh.place + positive("scale", scale) * u for u in shifts]
     low, high = np.min(places, axis=(0, 1)), np.max(places, axis=(0, 1))
     span = high - low
     page = style.page_width()

@@ -23,6 +23,7 @@ from limitmason.figures.forces import contact_forces
 from limitmason.figures.page import bullets, image, table, write_page
 from limitmason.figures.studies import side_by_side
 from limitmason.model import Assembly, Joint, Loads
+from limitmason.model.model_call import of_model
 
 # what a number says of the collapse, by the kind of its bound
 _KINDS = {
@@ -44,6 +45,7 @@ NOT_COVERED = (
 )
 
 
+@of_model
 def structure_report(
     model: Assembly,
     loads: Loads,
@@ -94,7 +96,8 @@ def structure_report(
     if model.ties:
         parts.append("<h2>Ties</h2>" + bullets([str(tie) for tie in model.ties]))
     parts.append("<h2>Contacts</h2>" + _contacts(model))
-    parts.append("<h2>Assumed</h2>" + bullets(assumed or ["Nothing beyond the input above."]))
+    told = [assumed] if isinstance(assumed, str) and assumed else assumed  # a single sentence is no list of letters
+    parts.append("<h2>Assumed</h2>" + bullets(told or ["Nothing beyond the input above."]))
     parts.append("<h2>Checks of every answer</h2>" + _checks(compared))
     parts.append("<h2>What this does not cover</h2>" + bullets(NOT_COVERED))
     return write_page(path, name, parts)

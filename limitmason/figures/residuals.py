@@ -36,6 +36,22 @@ def ordered_covariates(result: Any, covariates: Mapping[str, Sequence]) -> list[
     return sorted(covariates, key=lambda n: (not of_covariate(result, n), -strength[n]))
 
 
+def written(name: str) -> str:
+    """A name with its dollar signs, between which matplotlib would read mathematics."""
+    return name.replace("$", r"\$")
+
+
+def with_unit(name: str, units: Mapping[str, str]) -> str:
+    """A covariate with its unit in brackets, where it has one."""
+    unit = units.get(name, "")
+    return f"{name} [{unit}]" if unit and unit != "-" else name
+
+
+def named(name: str, units: Mapping[str, str] | None = None) -> str:
+    """A name with its unit, if any, as it is given to an axis."""
+    return written(name) + with_unit(name, units or {}).removeprefix(name)
+
+
 def few_labels(column: Sequence) -> bool:
     """Whether the words of a covariate are few enough to be written under the axis."""
     return len(set(map(str, column))) <= LABELS
@@ -86,7 +102,7 @@ def residual_panel(
         ax.set_xticks([])
         if len(known) <= LABELS:
             room = max(int(width / len(known) / _LETTER), 4)
-            ax.set_xticks(range(len(known)), [v if len(v) <= room else v[: room - 1] + "…" for v in known])
+            ax.set_xticks(range(len(known)), [written(v if len(v) <= room else v[: room - 1] + "…") for v in known])
     # points of one word are spread at random, the same in every panel, so that they do not cover each other
     spread = 0.0 if is_numeric(column) else np.random.default_rng(0).uniform(-0.13, 0.13, len(labels))
     each = zip(dict.fromkeys(kind_of.tolist()), MARKERS, LINES, strict=False)

@@ -15,6 +15,7 @@ from limitmason.arrays import Array
 from limitmason.checks import instance
 from limitmason.codes import Assessment, RecordSpectrum
 from limitmason.codes.mechanism_capacity import DAMPING, peak_of
+from limitmason.codes.spectra import LARGEST_AG
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.figures import style
@@ -108,12 +109,19 @@ def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes 
     envelope : from ``limitmason.axle_envelope``
     title : heading
     ax : axes to draw in; its own by default
+
+    Raises
+    ------
+    InputError
+        Where no place of the axles has a finite multiplier.
     """
     instance("envelope", envelope, AxleEnvelope, "by lm.axle_envelope")
     own = ax is None
     _, ax = style.paper(style.page_width(_WIDTH), height=2.2, ax=ax)
-    least = float(np.nanmin(envelope.multipliers))
     shown = np.where(np.isfinite(envelope.multipliers), envelope.multipliers, np.nan)
+    if not np.isfinite(shown).any():
+        raise InputError("no place of the axles has a finite multiplier: there is nothing to draw")
+    least = float(np.nanmin(envelope.multipliers))
     ax.plot(envelope.positions, shown, color="black", lw=0.9)
     ax.plot([envelope.governing], [least], "o", color=style.ORANGE, ms=4)
     # axles over a support are carried at any multiplier: beyond six times the least the curve is cut off
@@ -140,7 +148,7 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
         For a verdict without a curve on the spectrum of a record.
     """
     capacity = instance("verdict", verdict, Assessment, "by lm.assess").bodies
-    share = ", ".join(f"{state} {s:.0%}" for state, s in verdict.safety.items())
+    share = ", ".join(f"{state} {share_text(verdict, state)}" for state in verdict.safety)
     count = "1 body" if capacity.bodies == 1 else f"{capacity.bodies} bodies"
     text = f"{count}, e* {capacity.mass_share:.3f}, FC {verdict.confidence_factor:.2f}; of the demand: {share}"
     if verdict.curve is None:
@@ -165,6 +173,16 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
     left.legend(frameon=False)
     right.legend(frameon=False)
     return style.finished(figure, title, text, [])
+
+
+def share_text(verdict: Assessment, state: str) -> str:
+    """Share of the demand that is reached at a limit state, or what it exceeds.
+
+    The reached acceleration is infinite beyond all that were tried.
+    """
+    if np.isfinite(verdict.safety[state]):
+        return f"{verdict.safety[state]:.0%}"
+    return f"more than {LARGEST_AG / verdict.demand[state]:.0%}"
 
 
 def _by_peaks(verdict: Assessment, title: str | None, text: str) -> Figure:

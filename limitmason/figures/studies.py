@@ -98,7 +98,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
         ax.annotate(text, (r.multiplier, y), (0, 10), textcoords="offset points", ha="center", fontsize=style._SMALL,
                     color=style.BLACK, zorder=5, gid="number",
                     bbox={"boxstyle": "square,pad=.1", "facecolor": "white", "linewidth": 0, "alpha": .75})
-    span = max(max(ends) - min(ends), 0.05 * max(ends))  # answers that agree do not look apart
+    span = max(max(ends) - min(ends), 0.05 * max(map(abs, ends))) or 1.0  # answers that agree do not look apart
     ax.set_xlim(min(ends) - 0.22 * span, max(ends) + 0.22 * span)
     said = style.enlarged(*ax.get_xlim())
     ax.set_ylim(-0.6, len(rows) - 0.35)

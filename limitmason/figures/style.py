@@ -385,7 +385,7 @@ def prediction_text(prediction: Any) -> str:
     settles = prediction.reaction is not None
     silent = math.isnan(prediction.collapse_multiplier) and not settles
     answer = str(prediction.answer) if settles else f"λ = {prediction.collapse_multiplier:.4g}"
-    parts = [*([] if silent else [answer, str(prediction.bound)]), str(prediction.method)]
+    parts = [*([] if silent else [answer, str(prediction.bound)]), str(prediction.method).replace("$", r"\$")]
     rule = prediction.flow_rule  # left out where the name of the method says it already
     if rule and rule.lower() not in prediction.method.lower().replace("_", "-").replace(",", " ").split():
         parts.append(f"{rule} flow rule")

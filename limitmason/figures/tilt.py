@@ -79,8 +79,6 @@ def tilt_test(
     for (label, test), colour, marker in zip(named.items(), cycle(style.SERIES), cycle(style.MARKERS), strict=False):
         k, lam = int(test.collapse), float(test.collapse_multiplier)  # sample, and tan of the angle, at the fall
         left.plot(test.vertical, test.horizontal, color=colour, linewidth=1.1, gid=f"path {label}")
-        ray = np.array([0.0, 1.0]) / math.hypot(1.0, lam)  # from the origin to the circle that the table imposes
-        left.plot(ray, lam * ray, color=colour, gid=f"ray {label}", **_AT_FALL)
         fell = getattr(test, "status", "") != "did not fall"
         steps = np.asarray(test.steps) / 1e3
         imposed = np.tan(np.deg2rad(test.tilt_deg))
@@ -88,6 +86,8 @@ def tilt_test(
         right.plot(steps, test.ratio, color=colour, linewidth=1.1, gid=f"ratio {label}")
         if fell:
             place = test.vertical[k], test.horizontal[k]
+            ray = np.array([0.0, 1.0]) / math.hypot(1.0, lam)  # from the origin to the circle that the table imposes
+            left.plot(ray, lam * ray, color=colour, gid=f"ray {label}", **_AT_FALL)
             left.plot(*place, marker, color=colour, markersize=4.5, gid=f"collapse {label}")
             right.axhline(lam, color=colour, gid=f"lambda {label}", **_AT_FALL)
             right.plot(steps[k], test.ratio[k], marker, color=colour, markersize=4.5, zorder=4)

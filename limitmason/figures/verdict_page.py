@@ -20,8 +20,8 @@ from limitmason.diagnosis.error_rates import OUTCOMES, Rehearsal
 from limitmason.diagnosis.inference.gain import told_error
 from limitmason.diagnosis.report import check_lines
 from limitmason.figures.diagnosis_panels import diagnosis as diagnosis_figure
-from limitmason.figures.diagnosis_panels import with_unit
 from limitmason.figures.page import bullets, image, paragraphs, table, write_page
+from limitmason.figures.residuals import with_unit
 
 _MOST_GAINS = 8  # kept explanations whose gains are told, chosen: more are hardly told apart
 

@@ -357,3 +357,15 @@ def test_what_is_no_number_or_no_prediction_is_refused_by_name():
     ):
         with pytest.raises(InputError, match=message):
             call()
+
+
+def test_a_capacity_beyond_all_accelerations_that_were_tried_is_told_so(tmp_path):
+    made = lm.build.column(width=4.0, depth=4.0, height=4.0, courses=2, joint=lm.Joint(60.0))
+    d = np.linspace(0.0, 4.0, 50)
+    curve = lm.Curve(d, 1.0 - d / 4.0, load_unit="-")
+    found = lm.assess(made, lm.Loads.horizontal(made), SITE, curve=curve, confidence_factor=1.0)
+    assert math.isinf(found.reached["SLV"])
+    page = lm.figures.assessment_report(found, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "<h1>SLV is reached at more than 2 g, more than 1333% of the 0.150 g that are asked</h1>" in page
+    assert "inf" not in re.sub(r"<img[^>]*>|<h2>.*", "", page, flags=re.S)
+    assert "SLV more than 1333%" in lm.figures.assessment(found).texts[0].get_text()

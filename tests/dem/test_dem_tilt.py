@@ -242,3 +242,14 @@ def test_figure_refuses_what_is_no_tilting_test(rocking):
                              tilt_deg=rocking.tilt_deg[:-1], collapse=3, collapse_multiplier=0.2)
     with pytest.raises(ValueError, match="different or no length"):
         figures.tilt_test(broken)
+    for wrong in ("steep", ()):
+        with pytest.raises(ValueError, match="between 0 and 90"):
+            figures.tilt_test(rocking, measured=wrong)
+
+
+def test_a_wall_that_did_not_fall_has_no_ray_of_a_fall(rocking):
+    names = ("vertical", "horizontal", "ratio", "steps", "tilt_deg", "collapse", "collapse_multiplier")
+    stands = SimpleNamespace(**{n: getattr(rocking, n) for n in names}, status="did not fall")
+    figure = figures.tilt_test({"falls": rocking, "stands": stands})
+    for kind in ("ray", "collapse", "lambda"):
+        assert [len(curves(figure, f"{kind} {label}")) for label in ("falls", "stands")] == [1, 0]

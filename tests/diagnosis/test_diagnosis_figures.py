@@ -3,15 +3,17 @@
 import base64
 import re
 from html.parser import HTMLParser
+from types import SimpleNamespace
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from diagnosis_models import CAUSES, HEIGHTS, ROUNDING, data, kinds, pulled, specimens, study
+from diagnosis_models import CAUSES, FRICTION, HEIGHTS, ROUNDING, blocks, data, kinds, pulled, specimens, study
 
 import limitmason as lm
 from limitmason.diagnosis import Cause, Noise, Study
 from limitmason.diagnosis.verdict_text import headline
+from limitmason.errors import InputError
 from limitmason.figures.residuals import kinds_note, residual_panel
 
 KINDS = ("none", "cause", "either", "two", "unexplained", "scatter")
@@ -261,3 +263,15 @@ def test_every_kind_of_data_has_its_own_line_and_marker():
     assert len({line.get_linestyle() for line in lines}) == 2
     assert kinds_note(kinds) == "circles force, squares vibration"
     plt.close("all")
+
+
+def test_names_with_dollar_signs_are_written_as_they_are_and_a_file_is_no_folder(tmp_path):
+    made = [{**s, r"$\size$": s["height"]} for s in specimens()]
+    causes = (Cause(r"$\edge$", "rounding", 0.0, (0.0, 0.02), "edges", unit="m"), *CAUSES[1:])
+    told = Study(made, blocks, data(ROUNDING, 0.018), Noise(0.04), nuisance=FRICTION, covariates=[r"$\size$", "batch"])
+    found = told.diagnose(causes, draws=199)
+    lm.figures.diagnosis(found).savefig(tmp_path / "picture.png")
+    lm.figures.confusable(found.distances).savefig(tmp_path / "picture.png")
+    for folder in (tmp_path / "picture.png", tmp_path / "picture.png" / "inside"):
+        with pytest.raises(InputError, match=r"picture.png is a file"):
+            lm.figures.diagnosis_folder(SimpleNamespace(answer=found), folder)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from figure_models import (
+    GROUND,
     JOINT,
     artist,
     has,
@@ -274,6 +275,16 @@ def test_a_wall_that_only_slides_is_seen_in_its_plane_whatever_rounding_turns_it
 def test_labels_name_every_block():
     figure = figures.assembly(make_column(names=["ground", "low", "middle", "top"]), labels=True)
     assert {"ground", "low", "middle", "top"} <= set(texts(figure).split("\n"))
+
+
+def test_names_with_dollar_signs_are_drawn_as_they_are(tmp_path):
+    outlines = [np.array(o, dtype=float) for o in (GROUND, [[0, 0], [1, 0], [1, 1], [0, 1]])]
+    named = Assembly.from_polygons(
+        outlines, thickness=0.5, joint=JOINT, fixed=[0], names=["5 $ or 6 $", r"$\block$"]
+    )
+    figures.assembly(named, labels=True).savefig(tmp_path / "named.png")
+    settling = replace(rocking(named, [1]), method=r"settlement of $\block$")
+    figures.mechanism(named, settling).savefig(tmp_path / "named.png")
 
 
 def test_given_axes_are_drawn_on():

@@ -6,6 +6,7 @@ import pytest
 
 import limitmason as lm
 from limitmason.cli import main
+from limitmason.errors import InputError
 
 JOINT = lm.Joint(60.0, name="<dry & sharp>")
 
@@ -65,3 +66,14 @@ def test_a_structure_that_cannot_stand_is_reported_too(tmp_path):
     compared = lm.compare(wall, loads, ["associative"])
     path = lm.figures.structure_report(wall, loads, compared, tmp_path / "r.html")
     assert "No theory found a finite collapse multiplier." in path.read_text(encoding="utf-8")
+
+
+def test_one_assumption_is_one_line_and_loads_of_another_structure_are_refused(tmp_path):
+    made = lm.build.column(width=0.4, depth=0.4, height=1.0, courses=2, joint=lm.Joint(40.0))
+    loads = lm.Loads.horizontal(made)
+    compared = lm.compare(made, loads, ("associative",))
+    page = lm.figures.structure_report(made, loads, compared, tmp_path / "page.html", assumed="dry joints")
+    assert "<h2>Assumed</h2><ul><li>dry joints</li></ul>" in page.read_text(encoding="utf-8").replace("\n", "")
+    other = lm.build.column(width=0.4, depth=0.4, height=1.0, courses=3, joint=lm.Joint(40.0))
+    with pytest.raises(InputError, match="the loads are for 4 blocks"):
+        lm.figures.structure_report(made, lm.Loads.horizontal(other), compared, tmp_path / "page.html")

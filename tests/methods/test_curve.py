@@ -173,3 +173,10 @@ def test_the_path_answers_peak_stiffness_and_drift_of_one_curve():
     assert found["peak"] == by.collapse_multiplier
     assert found["stiffness"] == pytest.approx(curve.stiffness())
     assert found["drift at peak"] == by.details["limit point displacement"]
+
+
+def test_events_come_from_any_iterable_and_wrong_kinds_of_bounds_are_named():
+    curve = lm.Curve([0.0, 1.0], [0.0, 1.0], events=iter([Event("first crack", 1)]))
+    assert curve.event("first crack").index == 1
+    with pytest.raises(InputError, match="kind of a bound must be one of"):
+        lm.answers.Bound("sharp")
