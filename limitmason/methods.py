@@ -29,6 +29,8 @@ from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
 from limitmason.storage.interrupts import handed_on
 from limitmason.vibration import ModalTest, modes
+from limitmason.vibration.blocks import closed_system
+from limitmason.vibration.modes import solved
 
 __all__ = [
     "ASSOCIATIVE",
@@ -268,7 +270,10 @@ def _answered(
     if method == MODES:
         if test is not None:
             instance("options of 'modes': test", test, ModalTest)
-            modal = modes(assembly, **{"count": len(test) + SPARE, **options})
+            system = closed_system(assembly, **{k: v for k, v in options.items() if k != "count"})
+            # a small structure has no more modes than unknowns
+            most = min(len(test) + SPARE, max(len(test), system.stiffness.shape[0]))
+            modal = solved(system, options.get("count", most))
             return modal, test.predicted(modal)
         # as many modes as the highest number asked for, such as 3 of "frequency 3"
         numbers = [int(word) for q in wanted for word in q.split()[1:2] if word.isdecimal()]

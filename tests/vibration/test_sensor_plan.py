@@ -140,3 +140,15 @@ def test_modes_of_a_plane_that_is_turned_are_orthogonal_by_mass(turn_deg):
     shapes = lm.modes(wall, count=3, blocks="simply deformable", stress="plane stress")
     # unknowns along turned axes were once read from the wrong entries: 0.9 beside the diagonal
     np.testing.assert_allclose(lm.mac(shapes, shapes, weighted=True).values, np.eye(3), atol=1e-9)
+
+
+def test_four_measured_modes_of_one_block_need_no_more_modes_than_it_has():
+    joint = lm.Joint(30.0, normal_stiffness=1e9)
+    block = lm.build.column(width=0.4, height=0.6, depth=0.3, courses=1, joint=joint)
+    own = lm.modes(block, 6)
+    points = np.repeat(block.blocks[-1].vertices[[0, -2]], 3, axis=0)
+    axes = np.tile(np.eye(3), (2, 1))
+    shape = (own.at(points) * axes).sum(axis=2)
+    test = ModalTest(list(zip(points, axes, strict=True)), own.frequency[:4], shape[:4])
+    found = lm.answer(block, lm.Loads.weight(block), {"frequency 4": "modes"}, modes={"test": test})
+    assert found["frequency 4"] == pytest.approx(own.frequency[3])
