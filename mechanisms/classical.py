@@ -290,7 +290,7 @@ def flat_levels(assembly: Assembly) -> list[Level]:
         corners = np.concatenate([assembly.interfaces[k].polygon for k in rows])
         levels.append(Level(float(x.centre[rows, 2].mean()), moving, corners, float(x.tan_phi[rows].max())))
     if not levels:
-        raise NotApplicable("the assembly has no flat joint through it: nothing can overturn or slide in one piece")
+        raise NotApplicable("the assembly has no level joint through it: nothing can overturn or slide in one piece")
     return levels
 
 

@@ -18,6 +18,7 @@ from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
 from limitmason.checks import choice, finite, instance
 from limitmason.codes.mechanism_capacity import Capacity, Spectrum, ag_of, bodies_of, capacity_of
+from limitmason.codes.spectra import LARGEST_AG
 from limitmason.errors import InputError
 from limitmason.limit import limit_analysis
 from limitmason.model.assembly import Assembly
@@ -77,6 +78,14 @@ class Assessment:
         """Acceleration that is reached over the demand, by limit state [-]."""
         return {state: self.reached[state] / self.demand[state] for state in STATES if state in self.reached}
 
+    def share_text(self, state: str) -> str:
+        """Share of the demand that is reached at a limit state, or what it exceeds.
+
+        The reached acceleration is infinite beyond all that were tried.
+        """
+        share = self.safety[state]
+        return f"{share:.0%}" if math.isfinite(share) else f"more than {LARGEST_AG / self.demand[state]:.0%}"
+
     def __str__(self) -> str:
         """Both readings as a table, the share of the demand by limit state, and warnings."""
         head = f"Circular 2019, C8.7.1: alpha0 {self.multiplier:.4f}, FC {self.confidence_factor:.2f}, "
@@ -94,7 +103,7 @@ class Assessment:
             )
             told = (f"{v:.4f}" if isinstance(v, float) else str(v) for v in (label, *cells))
             lines.append("  ".join(f"{'-' if v == 'nan' else v:>9}" for v in told))
-        lines += [f"  {state}: {share:.0%} of the demand" for state, share in self.safety.items()]
+        lines += [f"  {state}: {self.share_text(state)} of the demand" for state in self.safety]
         return "\n".join([*lines, *(f"  warning: {w}" for w in self.warnings)])
 
 

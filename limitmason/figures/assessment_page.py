@@ -15,7 +15,7 @@ from limitmason.constants import VERSION
 from limitmason.figures.collapse_mechanism import mechanism
 from limitmason.figures.page import bullets, image, table, write_page
 from limitmason.figures.report_page import geometry_facts, joint_table, load_facts
-from limitmason.figures.safety import assessment, share_text
+from limitmason.figures.safety import assessment
 
 _SHEET = """
 .sheet { display: grid; grid-template-columns: 2fr 3fr; gap: 1.2rem; align-items: start; }
@@ -50,7 +50,7 @@ def assessment_report(verdict: Assessment, path: str | Path, *, title: str = "Lo
     """
     instance("verdict", verdict, Assessment, "by lm.assess")
     headline = (
-        f"SLV is reached at {_shown(verdict.reached['SLV'], 3)} g, {share_text(verdict, 'SLV')} of the "
+        f"SLV is reached at {_shown(verdict.reached['SLV'], 3)} g, {verdict.share_text('SLV')} of the "
         f"{verdict.demand['SLV']:.3f} g that are asked"
     )
     drawn = [image(mechanism(verdict.structure, verdict.prediction, title="Mechanism"), "mechanism")]
@@ -83,7 +83,7 @@ def _states(verdict: Assessment) -> str:
     rows = [
         ("kept" if state == "SLV" else "", [
             state, (_shown(verdict.reached[state], 3),), (f"{verdict.demand[state]:.3f}",),
-            (share_text(verdict, state),), how[state],
+            (verdict.share_text(state),), how[state],
         ])
         for state in verdict.safety
     ]

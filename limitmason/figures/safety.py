@@ -15,7 +15,6 @@ from limitmason.arrays import Array
 from limitmason.checks import instance
 from limitmason.codes import Assessment, RecordSpectrum
 from limitmason.codes.mechanism_capacity import DAMPING, peak_of
-from limitmason.codes.spectra import LARGEST_AG
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.figures import style
@@ -148,7 +147,7 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
         For a verdict without a curve on the spectrum of a record.
     """
     capacity = instance("verdict", verdict, Assessment, "by lm.assess").bodies
-    share = ", ".join(f"{state} {share_text(verdict, state)}" for state in verdict.safety)
+    share = ", ".join(f"{state} {verdict.share_text(state)}" for state in verdict.safety)
     count = "1 body" if capacity.bodies == 1 else f"{capacity.bodies} bodies"
     text = f"{count}, e* {capacity.mass_share:.3f}, FC {verdict.confidence_factor:.2f}; of the demand: {share}"
     if verdict.curve is None:
@@ -173,16 +172,6 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
     left.legend(frameon=False)
     right.legend(frameon=False)
     return style.finished(figure, title, text, [])
-
-
-def share_text(verdict: Assessment, state: str) -> str:
-    """Share of the demand that is reached at a limit state, or what it exceeds.
-
-    The reached acceleration is infinite beyond all that were tried.
-    """
-    if np.isfinite(verdict.safety[state]):
-        return f"{verdict.safety[state]:.0%}"
-    return f"more than {LARGEST_AG / verdict.demand[state]:.0%}"
 
 
 def _by_peaks(verdict: Assessment, title: str | None, text: str) -> Figure:

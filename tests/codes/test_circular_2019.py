@@ -369,3 +369,4 @@ def test_a_capacity_beyond_all_accelerations_that_were_tried_is_told_so(tmp_path
     assert "<h1>SLV is reached at more than 2 g, more than 1333% of the 0.150 g that are asked</h1>" in page
     assert "inf" not in re.sub(r"<img[^>]*>|<h2>.*", "", page, flags=re.S)
     assert "SLV more than 1333%" in lm.figures.assessment(found).texts[0].get_text()
+    assert "SLV: more than 1333% of the demand" in str(found)
