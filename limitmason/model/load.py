@@ -158,7 +158,7 @@ class Loads(LoadArrays):
             warn_of_point(assembly.blocks[i].name, point, assembly.blocks[i].bounds)
         forces = AppliedForces.none(assembly)
         forces.add(i, point, f)
-        return self._with(assembly, forces, case)
+        return self._with(forces, case)
 
     def with_pressure(
         self,
@@ -204,7 +204,7 @@ class Loads(LoadArrays):
         if pushes is None and (pressure, level, unit_weight) != (None, None, None):
             raise InputError(f"load on {on}: give either pressure or traction")
         forces = side_forces(assembly, i, face, pushes or read_vector("traction", traction))
-        return self._with(assembly, forces, case)
+        return self._with(forces, case)
 
     def with_patch_pressure(
         self,
@@ -251,7 +251,7 @@ class Loads(LoadArrays):
             raise InputError("load on a patch: give either pressure or force")
         forces, area = patch_forces(assembly, corners, Pressure(1.0) if force is not None else pushes)
         factor = 1.0 if force is None else finite("force", force) / area
-        return self._with(assembly, forces, case, factor)
+        return self._with(forces, case, factor)
 
     def with_backfill(
         self,
@@ -287,7 +287,7 @@ class Loads(LoadArrays):
         """
         self._check_fits(assembly)
         forces = backfill_forces(assembly, level, density, lateral=lateral, blocks=blocks)
-        return self._with(assembly, forces, case)
+        return self._with(forces, case)
 
     def with_axle(
         self,
@@ -321,7 +321,7 @@ class Loads(LoadArrays):
             assembly, finite("at", at), finite("force", force), level=finite("level", level), spread_deg=spread_deg,
             contact=contact,
         )
-        return self._with(assembly, forces, case)
+        return self._with(forces, case)
 
     def with_precompression(self, assembly: Assembly, force: float, *, block: int | str = "beam") -> Loads:
         """These loads and a vertical dead force at the centroid of the loading beam.
@@ -360,7 +360,7 @@ class Loads(LoadArrays):
         forces = AppliedForces.none(assembly)
         for i in rows:
             forces.force[i] = assembly.weights[i] * read_vector("direction", direction)
-        return self._with(assembly, forces, case)
+        return self._with(forces, case)
 
     def _check_fits(self, assembly: Assembly) -> None:
         """Refuse what is no assembly, and one of another number of blocks."""
@@ -368,12 +368,11 @@ class Loads(LoadArrays):
         if len(self.dead) != assembly.n_blocks:
             raise InputError(f"these loads are for {len(self.dead)} blocks, the assembly has {assembly.n_blocks}")
 
-    def _with(self, assembly: Assembly, forces: AppliedForces, case: str, factor: float = 1.0) -> Loads:
+    def _with(self, forces: AppliedForces, case: str, factor: float = 1.0) -> Loads:
         """These loads and further forces, added to the dead or the live part.
 
         Parameters
         ----------
-        assembly : that both are for
         forces : to be added
         case : "dead" or "live"
         factor : on the forces [-]
