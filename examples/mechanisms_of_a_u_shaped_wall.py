@@ -40,7 +40,6 @@ print(f"associative limit analysis {associative.collapse_multiplier:.4f}")
 print(f"smallest bound             {smallest.collapse_multiplier:.4f} ({smallest.governing})")
 print(f"smallest estimate          {d['smallest_estimate']:.4f} ({d['smallest_estimate_of']}), which bounds nothing")
 
-slope = np.linspace(0.0, facade.steepest_crack, 61)
 with lm.figures.print_style():
     figure = Figure(figsize=(6.3, 3.4), dpi=200, layout="constrained")
     FigureCanvasAgg(figure)
@@ -48,6 +47,9 @@ with lm.figures.print_style():
     # blue, orange, green and purple are told apart with every common colour vision
     for crossed, colour in zip((3, 5, 7, 9), ("#0072b2", "#e69f00", "#009e73", "#cc79a7"), strict=True):
         options = {"hinge_courses": 9, "crossed_courses": crossed}
+        # the crack is no steeper than the bond steps, and ends within the side wall
+        within = facade.side_wall_length / (crossed * facade.course_height)
+        slope = np.linspace(0.0, min(facade.steepest_crack, within), 61)
         curve = [mechanisms.compound_rocking(facade, **options, crack_tangent=s).collapse_multiplier for s in slope]
         axes.plot(slope, curve, color=colour, label=f"crack through {crossed} courses")
         worst = mechanisms.compound_rocking(facade, **options)
