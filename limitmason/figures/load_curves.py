@@ -46,7 +46,8 @@ def load_displacement(
     ----------
     curves : a ``limitmason.Curve`` of forces, or of multipliers, which are drawn as forces where forces stand beside
         them; a history with ``curve(block, direction)`` (such as ``dem.History``), a pair of arrays (displacement [m],
-        force [N]), a mapping of labels to any of these, or a sequence of ``Curve``, each with its own label
+        force [N]), a mapping of labels to any of these, or a sequence of ``Curve``, each with its own label; one that
+        begins with "_" stays out of the legend, as in matplotlib
     measured : a measured or published ``Curve``, drawn in black with its points; or an experiment (also its method
         ``curve``), whose measured loads are levels where it has no curve
     block : the driven block of a history; the only driven block that is not wholly fixed when not given
@@ -299,10 +300,7 @@ def _finish(ax: Axes, own: bool, xlabel: str, ylabel: str, title: str | None, ca
     ax.set_xlabel(xlabel)
     ax.set_ylabel(ylabel)
     ax.tick_params(labelsize=7.5, width=0.5, length=2.5, which="both")
-    # matplotlib leaves out all that begin with "_", with which its own "_child1" of lines without a label begin
     handles, _ = ax.get_legend_handles_labels()
-    ours = [n for n in ax.get_lines() if n in handles or (n.get_gid() and not str(n.get_label()).startswith("_child"))]
-    handles = [*ours, *(h for h in handles if h not in ours)]
     if own:
         return style.finished(style.figure_of(ax), title, caption, handles)
     wide = style.figure_of(ax).get_size_inches()[0] * ax.get_position().width
