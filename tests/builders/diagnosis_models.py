@@ -4,7 +4,8 @@ import math
 
 import numpy as np
 
-from limitmason.diagnosis import Cause, Measured, Noise, Study
+from limitmason import causes
+from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study
 
 HEIGHTS = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 0.35, 0.55])
 WIDTHS = np.array([0.10, 0.14, 0.07, 0.20, 0.07, 0.14, 0.10, 0.28, 0.07, 0.14, 0.20, 0.10])
@@ -67,3 +68,38 @@ def kinds():
 
 def pulled(size, prediction, specimen):
     return prediction * (specimen["width"] - 2.0 * size) / specimen["width"]
+
+
+# ---- three numbers a specimen -------------------------------------------------------------------------------------
+
+SCATTER = {"peak": 0.04, "stiffness": 0.05, "frequency 1": 0.01}
+LOAD_CELL = causes.gain()
+SOFT = Cause("soft joints", "soft", 1.0, (0.4, 2.0), "joints softer than stated")
+SLOPE = Cause("slope", "slope", 0.0, (-1.0, 1.0), "law of the height")
+LISTED = (ROUNDING, LOAD_CELL, SOFT, SLOPE)
+
+
+def walls(s, *, friction_coefficient=0.7, rounding=0.0, soft=1.0, slope=0.0):
+    """Blocks that rock on a soft joint: peak, stiffness with the cube of the width, frequency of that stiffness."""
+    width = s["width"] - 2.0 * rounding
+    stiffness = soft * (width / s["height"]) ** 3
+    return {
+        "peak": blocks(s, friction_coefficient=friction_coefficient, rounding=rounding, slope=slope),
+        "stiffness": stiffness, "frequency 1": 10.0 * np.sqrt(stiffness / (s["height"] * s["width"])),
+    }
+
+
+def observed(cause=None, size=0.0, *, seed=0, only=tuple(SCATTER), gain=1.0, simulate=walls):
+    rng, out = np.random.default_rng(seed), []
+    for i, s in enumerate(specimens()):
+        found = simulate(s, **({} if cause is None else {cause.parameter: size}))
+        for q, sd in SCATTER.items():
+            read = found[q] * (gain if q != "frequency 1" else 1.0) * np.exp(sd * rng.standard_normal())
+            if q in only:
+                out.append(Observation(i, q, float(read), sd))
+    return out
+
+
+def several_kinds(rows, **options):
+    inputs = {"nuisance": {"friction_coefficient": Measured(0.70, 0.03)}, "covariates": ["height", "width", "batch"]}
+    return Study(specimens(), walls, rows, **(inputs | {"shared": ()} | options))
