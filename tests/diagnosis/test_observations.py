@@ -5,7 +5,19 @@ import dataclasses
 import numpy as np
 import pytest
 from diagnosis_models import (
-    CAUSES, LISTED, LOAD_CELL, ROUNDING, SCATTER, SLOPE, SOFT, data, observed, several_kinds, specimens, study, walls,
+    CAUSES,
+    LISTED,
+    LOAD_CELL,
+    ROUNDING,
+    SCATTER,
+    SLOPE,
+    SOFT,
+    data,
+    observed,
+    several_kinds,
+    specimens,
+    study,
+    walls,
 )
 from scipy.special import ndtr
 
