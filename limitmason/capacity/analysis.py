@@ -24,7 +24,6 @@ from limitmason.capacity.contacts import (
     firmness,
     first_contacts,
     points_of_path,
-    standard_points,
     turned_over,
 )
 from limitmason.capacity.controls import as_one_assembly, control_row, with_moving_support
@@ -35,16 +34,7 @@ from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.papers import PAPERS
 from limitmason.capacity.path_loads import PathLoads
 from limitmason.capacity.path_state import Structure
-from limitmason.capacity.path_warnings import (
-    GLUED_FACES,
-    branch_warnings,
-    edge_warnings,
-    flat_top_warnings,
-    landed_warnings,
-    pressure_sharing_warnings,
-    stiffness_warnings,
-    torsion_warnings,
-)
+from limitmason.capacity.path_warnings import followed_warnings, landed_warnings, stiffness_warnings
 from limitmason.capacity.point_law import ElastoplasticLaw
 from limitmason.capacity.refusals import (
     refuse,
@@ -55,7 +45,6 @@ from limitmason.capacity.refusals import (
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.slip_softening import softening_by_plastic_slip
 from limitmason.capacity.start import begin
-from limitmason.capacity.step_equilibrium import Node
 from limitmason.capacity.step_length import Steps, senses
 from limitmason.capacity.system import System
 from limitmason.capacity.ties import make_ties
@@ -63,7 +52,7 @@ from limitmason.checks import choice, finite
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable
-from limitmason.mechanics.contact_points import LOBATTO, ContactPoints, Grid, weakening
+from limitmason.mechanics.contact_points import ContactPoints, Grid
 from limitmason.mechanics.default_stiffness import joint_stiffness
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.joint_shapes import soft_block_warnings
@@ -241,9 +230,7 @@ def pushover(
     warnings += said + too_stiff + landed_warnings(generations, nodes)
     if initial is None:
         standard = contact_model is None and grid is None
-        warnings += branch_warnings(generations, nodes) + (torsion_warnings(generations, nodes) if standard else [])
-        if named.any():
-            warnings += _point_warnings(generations, nodes, contact_model, standard)
+        warnings += followed_warnings(generations, nodes, contact_model, standard, named=bool(named.any()))
     say(f"{status} after {len(nodes) - 1} steps, {time.perf_counter() - begun:.1f} s")
     _, toward = senses(begins, end, ratio)
     unit = None if moving is None else ratio
@@ -311,33 +298,6 @@ def _framed(
     if firm is None:
         return points, first
     return carried_firmly(points, firm), turned_over(first, firm[first.block_b] > firm[first.block_a])
-
-
-def _point_warnings(
-    generations: Generations, nodes: list[Node], contact_model: str | None, standard: bool
-) -> list[str]:
-    """Warnings of what few points leave out of faces whose stiffness is named.
-
-    Parameters
-    ----------
-    generations : contacts and equations of the path, part by part
-    nodes : states of the path, in their order
-    contact_model : name of the points that the user asked for; None where he named none
-    standard : whether the points are those of :func:`.standard_points`, as neither model nor grid was given
-    """
-    # other points were chosen with a grid, by whoever knows what he leaves out
-    if not standard and contact_model != LOBATTO:
-        return []
-    # joints that crush or break have many points on a side: only where their load is nearly reached is uncertain
-    if weakening(generations.structures[0].assembly).any():
-        return flat_top_warnings(nodes) if standard else []
-    points = generations.structures[0].points
-    # joints in space with cohesion or tension: only for these does the standard name a grid, of 7 x 7 points
-    glued = points.components == 3 and standard_points(generations.structures[0].assembly, plane=None)[1] is not None
-    if not standard or glued:
-        return edge_warnings(generations, nodes, "more points by grid=") + [GLUED_FACES] * (standard and glued)
-    remedy = "contact_model='lobatto'"
-    return edge_warnings(generations, nodes, remedy) + pressure_sharing_warnings(generations, nodes)
 
 
 def _units(assembly: Assembly, loads: Loads, free: NDArray, moving: tuple[int, int] | None) -> tuple[float, float]:

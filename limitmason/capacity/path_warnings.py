@@ -21,7 +21,7 @@ from limitmason.capacity.contacts import NEW, standard_points
 from limitmason.capacity.kinematics import motion_between
 from limitmason.capacity.program import solve_step
 from limitmason.capacity.step_equilibrium import Node
-from limitmason.mechanics.contact_points import ContactPoints
+from limitmason.mechanics.contact_points import LOBATTO, ContactPoints, weakening
 from limitmason.mechanics.resultants import resultants_from_points, twisted_joints
 from limitmason.model.assembly import Assembly
 
@@ -337,3 +337,45 @@ def lost_at_edges(generations: Generations, nodes: list[Node]) -> float:
     c = shift / abs(power)
     slope = max(abs(load[top]) - abs(load[-1]), 0.0) / abs(way[-1] - way[top])
     return 3.0 * float(np.cbrt(slope * c**2 / 4.0)) / float(abs(load[top]))
+
+
+def followed_warnings(
+    generations: Generations, nodes: list[Node], contact_model: str | None, standard: bool, *, named: bool
+) -> list[str]:
+    """Warnings of a path that was followed from its unstressed state.
+
+    Parameters
+    ----------
+    generations, nodes : the path
+    contact_model, standard : as asked for, and whether points are the default ones
+    named : whether any joint has a stiffness of its own
+    """
+    found = branch_warnings(generations, nodes) + (torsion_warnings(generations, nodes) if standard else [])
+    return found + (_point_warnings(generations, nodes, contact_model, standard) if named else [])
+
+
+def _point_warnings(
+    generations: Generations, nodes: list[Node], contact_model: str | None, standard: bool
+) -> list[str]:
+    """Warnings of what few points leave out of faces whose stiffness is named.
+
+    Parameters
+    ----------
+    generations : contacts and equations of the path, part by part
+    nodes : states of the path, in their order
+    contact_model : name of the points that the user asked for; None where he named none
+    standard : whether the points are those of :func:`.standard_points`, as neither model nor grid was given
+    """
+    # other points were chosen with a grid, by whoever knows what he leaves out
+    if not standard and contact_model != LOBATTO:
+        return []
+    # joints that crush or break have many points on a side: only where their load is nearly reached is uncertain
+    if weakening(generations.structures[0].assembly).any():
+        return flat_top_warnings(nodes) if standard else []
+    points = generations.structures[0].points
+    # joints in space with cohesion or tension: only for these does the standard name a grid, of 7 x 7 points
+    glued = points.components == 3 and standard_points(generations.structures[0].assembly, plane=None)[1] is not None
+    if not standard or glued:
+        return edge_warnings(generations, nodes, "more points by grid=") + [GLUED_FACES] * (standard and glued)
+    remedy = "contact_model='lobatto'"
+    return edge_warnings(generations, nodes, remedy) + pressure_sharing_warnings(generations, nodes)

@@ -210,20 +210,19 @@ def study_lines(
         # a group is the values of the columns ``by``: those of one method are told apart by their number
         second = 0 if method is None else [g for g in groups if g[:1] == group[:1]].index(group)
         look = _line_look(method, number, colours.get(method, style.SERIES[number % len(style.SERIES)]), second)
-        colour = look["color"]
         if len({r[x] for r in solid}) < len(solid):  # several values at one x: joined they would zigzag
             look["linestyle"] = "none"
         if y == "multiplier":
             bars = [r for r in solid if _is_finite(r, "low") and _is_finite(r, "high") and r["high"] > r["low"]]
-            ax.vlines([place(r[x]) for r in bars], [r["low"] for r in bars], [r["high"] for r in bars], color=colour,
-                      linewidth=2.5, alpha=0.35, zorder=2, gid="range")
+            ax.vlines([place(r[x]) for r in bars], [r["low"] for r in bars], [r["high"] for r in bars],
+                      color=look["color"], linewidth=2.5, alpha=0.35, zorder=2, gid="range")
         ax.plot([place(r[x]) for r in solid], [r[y] for r in solid], **look, zorder=3, gid="line")
         # one row of a line at most is extrapolated, to x = 0, the neighbour of the first
         guess = [r for r in own if r.get("status") == "extrapolated"]
         if guess and solid:
             ends = [[place(r[x]) for r in (guess[0], solid[0])], [r[y] for r in (guess[0], solid[0])]]
-            ax.plot(*ends, ":", color=colour, linewidth=1.0)
-            ax.plot([place(guess[0][x])], [guess[0][y]], look["marker"], markerfacecolor="white", color=colour,
+            ax.plot(*ends, ":", color=look["color"], linewidth=1.0)
+            ax.plot([place(guess[0][x])], [guess[0][y]], look["marker"], markerfacecolor="white", color=look["color"],
                     markersize=4.5, gid="extrapolated")
         if by:
             handles.append(Line2D([], [], label=_group_name(by, group), **look))
@@ -244,11 +243,11 @@ def study_lines(
     ax.set_ylabel(y_label or ("collapse multiplier λ [-]" if y == "multiplier" else named[y]))
     ax.grid(linewidth=0.3, color="#dddddd")
     style.frame(ax, title, "\n".join(t for t in (caption, style.enlarged(*ax.get_ylim())) if t))
-    if handles:
+    if handles and own_page:
         columns = min(style.legend_shape(handles, figure.get_size_inches()[0])[0], 3)
-        # on a figure of the caller others may be drawn too
-        spot: dict[str, Any] = {"loc": "outside lower center", "ncols": columns} if own_page else {}
-        (figure if own_page else ax).legend(handles=handles, fontsize=style._SMALL, **spot)
+        figure.legend(handles=handles, fontsize=style._SMALL, loc="outside lower center", ncols=columns)
+    elif handles:  # on a figure of the caller others may be drawn too
+        ax.legend(handles=handles, fontsize=style._SMALL)
     return figure
 
 

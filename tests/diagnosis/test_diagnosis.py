@@ -396,12 +396,6 @@ def test_a_study_does_not_change_and_its_variants_share_tables():
 
 
 @pytest.mark.slow
-def test_a_variant_that_states_no_shared_noise_is_judged_by_that_statement():
-    made = study(data(GAIN, 1.06, seed=3), covariates=["height", "width"])
-    assert made.diagnose(CAUSES).verdict.doubt is not None
-    assert made.replace(shared=()).diagnose(CAUSES).verdict.doubt is None
-
-
 def test_a_diagnosis_is_numbers_that_report_without_the_simulator():
     def forbidden(*args, **more):
         raise AssertionError("the simulator was called")

@@ -6,7 +6,20 @@ from datetime import date
 
 import numpy as np
 import pytest
-from diagnosis_models import LISTED, LOAD_CELL, ROUNDING, WIDTHS, observed, several_kinds, specimens, walls
+from diagnosis_models import (
+    CAUSES,
+    GAIN,
+    LISTED,
+    LOAD_CELL,
+    ROUNDING,
+    WIDTHS,
+    data,
+    observed,
+    several_kinds,
+    specimens,
+    study,
+    walls,
+)
 
 from limitmason.diagnosis import Observation, Rule, Study
 from limitmason.diagnosis.inference.judge import Judge
@@ -106,3 +119,10 @@ def test_numbers_of_any_kind_are_answers():
     rows = [Observation(i, q, v, 0.05) for i, s in enumerate(specimens())
             for q, v in (("peak", s["width"]), ("opened a|b", 1))]
     assert Study(specimens(), simulate, rows, shared=()).baseline()[:2] == pytest.approx([WIDTHS[0], 1.0])
+
+
+@pytest.mark.slow
+def test_a_variant_that_states_no_shared_noise_is_judged_by_that_statement():
+    made = study(data(GAIN, 1.06, seed=3), covariates=["height", "width"])
+    assert made.diagnose(CAUSES).verdict.doubt is not None
+    assert made.replace(shared=()).diagnose(CAUSES).verdict.doubt is None

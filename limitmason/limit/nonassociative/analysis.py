@@ -145,8 +145,7 @@ def solve_nonassociative(
     if progress is not None and not callable(progress):
         raise InputError(f"progress must be a function of a trial, got {progress!r}")
     for name, asked in (("prove", prove), ("measure_jump", measure_jump)):
-        if asked is not None:
-            switch(name, asked)
+        switch(name, False if asked is None else asked)
     for name, number in (("time_limit", time_limit), ("proof_seconds", proof_seconds)):
         if number is not None and number != np.inf:
             positive(name, number)
