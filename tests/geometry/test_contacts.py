@@ -175,6 +175,8 @@ def test_polar_mean_radius_against_quadrature():
     x, y = np.meshgrid(grid, grid)
     assert polar_mean_radius(square, (1.7, -0.4)) == pytest.approx(np.hypot(x - 1.7, y + 0.4).mean(), rel=1e-5)
     assert polar_mean_radius([[0, 0], [4, 0], [4, 0], [0, 0]], (2, 0)) == pytest.approx(1.0)
+    beside = np.hypot(np.linspace(0.0, 4.0, 100_001) - 1.5, 0.7).mean()  # of a line that the pole is not on
+    assert polar_mean_radius([[0, 0], [4, 0], [4, 0], [0, 0]], (1.5, 0.7)) == pytest.approx(beside, rel=1e-5)
 
 
 def test_compressed_area_is_centred_on_the_pressure():
