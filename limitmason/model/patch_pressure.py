@@ -102,8 +102,8 @@ def read_patch(corners: ArrayLike) -> Patch:
 def patch_forces(assembly: "Assembly", corners: ArrayLike, pressure: Pressure) -> tuple[AppliedForces, float]:
     """Forces of a pressure on a flat patch, on the blocks whose faces lie in it.
 
-    Every face in the plane of the patch, within the tolerance of contacts, is clipped to it, and the pressure integrated
-    over what is left.
+    Every face in the plane of the patch, within the tolerance of contacts, is clipped to it, and the pressure is
+    integrated over what is left.
 
     Parameters
     ----------
