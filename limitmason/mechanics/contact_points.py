@@ -8,7 +8,6 @@ from functools import partial
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.results import ContactModel
 from limitmason.arrays import Array, Flags, Index
@@ -104,12 +103,12 @@ def contact_points(
     choice("contact_model", contact_model, tuple(ContactModel))
     x = assembly.arrays
     active = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))
-    if isinstance(grid, int | float) and contact_model != "vertices":
+    if contact_model == "vertices":  # a side has its two ends alone
+        sizes = np.full((len(x.area), 2), 2, dtype=np.intp)
+    elif isinstance(grid, int | float):
         sizes = _spaced_sizes(assembly, grid, plane)
     else:
-        # a spacing comes here with corners alone, which need no number of points
-        kinds = np.array([i.kind for i in assembly.interfaces])
-        sizes = _grid_sizes(assembly, kinds, contact_model, (2, 2) if isinstance(grid, int | float) else grid)
+        sizes = _grid_sizes(assembly, grid)
         sizes = sizes if plane is None else in_rows(assembly, sizes, plane)
     position, interface, area = [np.empty((0, 3))], [np.empty(0, np.intp)], [np.empty(0)]
     # faces with as many corners and points are laid out at once
@@ -234,22 +233,17 @@ def on_few_points(assembly: Assembly, remedy: str, points: ContactPoints | None 
     )
 
 
-def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Grid | Mapping[str, Grid]) -> Index:
+def _grid_sizes(assembly: Assembly, grid: Grid | Mapping[str, Grid]) -> Index:
     """Points along both sides of every joint by its kind or wall, shape (k, 2).
 
-    Parameters
-    ----------
-    kinds : kind of every joint, one of ``KINDS``, shape (k,)
-    contact_model, grid : as of :func:`contact_points`
+    ``grid`` is that of :func:`contact_points`, but no spacing.
 
     Raises
     ------
     InputError
         For sizes that are not two whole numbers from 2 on, names that mean nothing, and kinds without an entry.
     """
-    if contact_model == "vertices":  # a side has its two ends alone
-        return np.full((len(kinds), 2), 2, dtype=np.intp)
-    table = grid if isinstance(grid, Mapping) else dict.fromkeys(set(kinds.tolist()), grid)
+    table = grid if isinstance(grid, Mapping) else dict.fromkeys({i.kind for i in assembly.interfaces}, grid)
     for name, size in table.items():
         counts = numbers(f"grid for {name!r}", size)
         if counts.shape != (2,) or not (counts >= 2.0).all() or (counts != counts.round()).any():
@@ -262,13 +256,12 @@ def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Gr
                 f"grid has an entry {wall!r}, which is no kind of joint ({', '.join(KINDS)}) and begins the name of no "
                 "block"
             )
-    sizes = np.empty((len(kinds), 2), np.intp)
-    for k, kind in enumerate(kinds.tolist()):
-        ends = (assembly.interfaces[k].block_a, assembly.interfaces[k].block_b) if walls else ()
-        own = [table[wall] for wall in walls if any(names[block].startswith(wall) for block in ends)]
-        if not own and kind not in table:
-            raise InputError(f"grid has no entry for joints of kind {kind!r}")
-        sizes[k] = np.max(own, axis=0) if own else table[kind]
+    sizes = np.empty((len(assembly.interfaces), 2), np.intp)
+    for k, i in enumerate(assembly.interfaces):
+        own = [table[wall] for wall in walls if any(names[b].startswith(wall) for b in (i.block_a, i.block_b))]
+        if not own and i.kind not in table:
+            raise InputError(f"grid has no entry for joints of kind {i.kind!r}")
+        sizes[k] = np.max(own, axis=0) if own else table[i.kind]
     return sizes
 
 

@@ -332,7 +332,6 @@ class Loads(LoadArrays):
         force : downwards [N], >= 0
         block : the loading beam, a block named "beam" by default (``build.wall(..., top_beam=...)`` makes one)
         """
-        self._check_fits(assembly)
         down = not_negative("precompression force", force)
         return self.with_point_load(assembly, block, (0.0, 0.0, -down), case="dead")
 
