@@ -22,7 +22,7 @@ _UP = 1e-6  # least upward part of the normal of a loaded face: on vertical ones
 _ACROSS = 1e-6  # largest part along y of the normal of a face that does not slope along y
 _NEAR = 1e-6  # of a joint's size: faces whose distances from it differ by no more lie in one plane
 _FARTHEST = 0.5  # of a joint's size: a face farther from it is not the one that it lies on
-_LEVEL_SLACK = 1e-9  # of the crown's height: a level given as that height may be lower by rounding
+_LEVEL_SLACK = 1e-9  # of the extrados' length: a level given as the crown's height may be lower by rounding
 _WIDEST_SPREAD = 80.0  # [deg], chosen: towards 90 the length grows without end
 
 
@@ -148,7 +148,7 @@ def axle_forces(
     if not strips:
         raise InputError("no free block has a bare face that looks up: there is nothing to drive over")
     top = max(max(s.z, s.z + s.slope * (s.end - s.start)) for s in strips)
-    if not level >= top - _LEVEL_SLACK * abs(top):
+    if not level >= top - _LEVEL_SLACK * (max(s.end for s in strips) - strips[0].start):
         raise InputError(f"level of the fill {level:g} m is below the extrados at {top:g} m")
     spread_deg, contact = finite("spread_deg", spread_deg), finite("contact", contact)
     if not (0.0 <= spread_deg < _WIDEST_SPREAD and contact > 0.0):

@@ -75,6 +75,14 @@ def test_arches_side_by_side_share_an_axle_whose_joints_are_not_in_line():
         assert moment(floor, wrench) == pytest.approx(9e3 * x, abs=1e-8)
 
 
+def test_fill_may_end_at_a_crown_that_lies_at_zero_but_for_rounding():
+    top = 0.1 + 0.2 - 0.3  # 5.6e-17
+    floor = lm.Assembly.from_polyhedra(
+        [box((0, 0, -2), (2, 1, -1)), box((0, 0, -1), (2, 1, top))], joint=lm.Joint(30.0), fixed=[0]
+    )
+    assert -axle_forces(floor, 1.0, 1e4, level=0.0).wrench[:, 2].sum() == pytest.approx(1e4)
+
+
 def test_a_narrow_wheel_is_a_point_load():
     arch = bridge()
     dead = lm.Loads.weight(arch)
