@@ -16,7 +16,7 @@ from limitmason.geometry.splitting import split_polygon, split_solid
 from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
 from limitmason.model.contact_warnings import renumbered_doubts
-from limitmason.model.input import read_vector
+from limitmason.model.input import read_names, read_vector
 from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint
 
@@ -53,8 +53,8 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
     Raises
     ------
     InputError
-        For a plane that misses its block, or cuts off less than a millionth of it; a block that is held, by name; and
-        a tie that is fastened to a block that is cut.
+        For a plane that misses its block, or cuts off less than a millionth of it; a block that is held, by name; a tie
+        that is fastened to a block that is cut; and a block that has the name of a part already.
     """
     instance("assembly", assembly, Assembly)
     if not isinstance(planes, Mapping):
@@ -103,6 +103,7 @@ def with_potential_cracks(assembly: Assembly, planes: Mapping[int | str, Plane],
             block_a=len(blocks), block_b=len(blocks) + 1, polygon=p, normal=normal, joint=joint, kind=CRACK,
         ) for p in polygons]
         blocks += halves
+    read_names([b.name for b in blocks], len(blocks))  # "name-a" may be the name of another block
     interfaces = [piece for i in assembly.interfaces for piece in _pieces(i, cut, first)]
     supports = tuple(
         replace(s, block=assembly.blocks[assembly.block_index(s.block)].name) for s in assembly.supports

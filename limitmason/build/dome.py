@@ -88,8 +88,7 @@ def dome(
         )
     inside, outside = r - 0.5 * depth, r + 0.5 * depth
     # angles of the bed joints from the axis; a closed dome has one course more, whose place the keystone takes
-    theta = np.linspace(foot, edge, rings + (2 if edge == 0.0 else 1))
-    theta = theta[:-1] if edge == 0.0 else theta
+    theta = np.linspace(foot, edge, rings + (2 if edge == 0.0 else 1))[: rings + 1]
     lift = r * math.cos(foot)
     phi = 2.0 * math.pi * np.arange(n + 1) / n
     # the last meridian is the first to the last bit

@@ -255,12 +255,9 @@ def _fill(bond: Bond, length: float) -> list[Size]:
         return [(pitch, header)] * whole
     if whole == 0:
         return [(length, header)]
-    if rest < pitch / 2.0:
-        whole, rest = whole - 1, rest + pitch
-        cuts = [rest / 2.0] * 2
-    elif whole % 2 == 0:
+    if rest >= pitch / 2.0 and whole % 2 == 0:
         cuts = [rest]
-    else:  # one piece would stand beside the middle: two keep the course symmetric
+    else:  # too short by itself, or beside the middle: two pieces keep the course symmetric
         whole, rest = whole - 1, rest + pitch
         cuts = [rest / 2.0] * 2
     side = whole // 2

@@ -136,7 +136,7 @@ def place_openings(
         if soldier and opening.lintel is not None:
             raise InputError(f"{where}.lintel is not used with head='soldier': leave it out")
         # an opening up to the top of the wall has nothing to bear, unless a lintel was asked for, which is then refused
-        asked = soldier or opening.lintel not in (None, False) or opening.bearing is not None
+        asked = soldier or not (opening.lintel is None or opening.lintel is False) or opening.bearing is not None
         wanted = opening.lintel is not False and (z1 < height or asked)
         if opening.lintel is False and opening.bearing is not None:
             raise InputError(f"{where}.bearing is that of a lintel, and lintel is False: leave it out")
@@ -203,7 +203,9 @@ def _head(
     length, thickness = wall
     unit_length, unit_height, _ = unit
     soldier, height = opening.head == "soldier", levels[-1]
-    depth = unit_height if opening.lintel in (None, True) else positive(f"{where}.lintel", opening.lintel)
+    # "is": a lintel of 1 m equals True
+    one_course = opening.lintel is None or opening.lintel is True
+    depth = unit_height if one_course else positive(f"{where}.lintel", opening.lintel)
     # soldiers are units on end, and stand between the jambs unless a bearing is given
     depth = unit_length if soldier else depth
     bearing = unit_length / 2.0 if opening.bearing is None else positive(f"{where}.bearing", opening.bearing)

@@ -120,8 +120,9 @@ def make_runs(
         raise InputError(f"return_position is for plan 'T', got plan {plan!r}")
     if plan != "L" and corner is not None:
         raise InputError(f"corner is for plan 'L', got plan {plan!r}")
+    facade = StraightWall(name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness, ends=Ends())
     if plan == "straight":
-        return [StraightWall(name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness, ends=Ends())]
+        return [facade]
     if return_length is None:
         raise InputError(f"return_length is needed for plan {plan!r}")
     depth = thickness if return_thickness is None else positive("return_thickness", return_thickness)
@@ -154,25 +155,18 @@ def make_runs(
     left = make("return-left", 0.0, lengths[0], outer_first=True)
     right = make("return-right", length - depth, lengths[1], outer_first=False)
     if plan in ("U", "box"):
-        facade = StraightWall(
-            name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness, ends=Ends(depth, depth),
-        )
+        facade = replace(facade, ends=Ends(depth, depth))
         rear = replace(facade, name="rear", origin=(0.0, lengths[0] - thickness), outer_first=False)
         return [facade, left, right] + ([rear] if plan == "box" else [])
     if plan == "L":
         ends, beside = (Ends(end=depth), right) if corner == "right" else (Ends(start=depth), left)
-        return [StraightWall(
-            name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness, ends=ends,
-        ), beside]
+        return [replace(facade, ends=ends), beside]
     middle = length / 2.0 if return_position is None else positive("return_position", return_position)
     x0 = middle - depth / 2.0
     if x0 <= 0.0 or x0 + depth >= length:
         raise InputError(f"return_position {middle:g} m puts the return at the end of the facade; use plan 'L'")
     stem = make("return-middle", x0, lengths[0], outer_first=True)
-    return [StraightWall(
-        name="facade", axis=0, origin=(0.0, 0.0), length=length, thickness=thickness,
-        ends=Ends(crossing=(x0, x0 + depth)),
-    ), stem]
+    return [replace(facade, ends=Ends(crossing=(x0, x0 + depth))), stem]
 
 
 @dataclass(frozen=True)
@@ -184,19 +178,19 @@ class Courses:
     overlap: float
 
 
-def lay_courses(bond: Bond, run: StraightWall, *, ragged: bool | tuple[bool, bool] = False) -> Courses:
+def lay_courses(bond: Bond, run: StraightWall, *, ragged: tuple[bool, bool]) -> Courses:
     """Return the two courses of a run.
 
     Parameters
     ----------
     bond : that it is laid in
     run : whose length and ends they fill
-    ragged : whether no cut unit closes a free end, for both or as (start, end)
+    ragged : whether no cut unit closes the free end at the start, and that at the end
     """
     leading = leading_course(bond, run.length, run.ends)
     lapping = lapping_course(bond, run.length, run.ends, leading)
     overlap = smallest_overlap(leading.pieces, lapping)
-    at_start, at_end = ragged if isinstance(ragged, tuple) else (ragged, ragged)
+    at_start, at_end = ragged
     # an end that is not ragged is treated like a corner, where nothing is dropped: any thickness but 0 says so
     kept = Ends(start=run.ends.start or float(not at_start), end=run.ends.end or float(not at_end))
     return Courses(

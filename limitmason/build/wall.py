@@ -145,10 +145,11 @@ def wall(
     Wrong for irregular masonry: all units of a bond are alike but for cut pieces. `recipe["smallest_overlap"]` is the
     smallest overlap of two successive courses away from openings; beside an opening a cut may come nearer.
     """
-    size = _three(unit_size(unit))  # length, height, thickness
+    unit_length, unit_height, unit_thickness = unit_size(unit)
+    size = (unit_length, unit_height, unit_thickness)
     total = positive("length", length)
     positive("density", density)
-    number = courses_from(height, courses, size[1])
+    number = courses_from(height, courses, unit_height)
     # pattern of the courses, with its thickness, leaves, pitch and least piece
     laid = make_bond(bond, size, leaves=leaves, staggering=staggering, min_piece=min_piece)
     choice("start", start, ("whole", "half"))
@@ -161,7 +162,7 @@ def wall(
         plan, total, laid.thickness, return_length=return_length, return_thickness=return_thickness,
         return_position=return_position, corner=corner,
     )
-    levels = [size[1] * k for k in range(number + 1)]
+    levels = [unit_height * k for k in range(number + 1)]
     occupied = [(run.name, *run.footprint[:2]) for run in runs[1:] if run.name != "rear"]
     placed = place_openings(
         openings, length=total, thickness=laid.thickness, levels=levels, unit=size, occupied=occupied
@@ -177,8 +178,8 @@ def wall(
     _add_spreader(site, runs, levels[-1], spreader, top_beam, beam_density)
     recipe = {
         "kind": "wall", "plan": plan, "bond": bond, "length": total, "height": levels[-1], "thickness": laid.thickness,
-        "courses": number, "unit": list(size), "unit_length": laid.pitch, "unit_height": size[1],
-        "unit_thickness": size[2], "leaves": laid.leaves,
+        "courses": number, "unit": list(size), "unit_length": laid.pitch, "unit_height": unit_height,
+        "unit_thickness": unit_thickness, "leaves": laid.leaves,
         "header_every": None if header_every is None else list(header_every), "staggering": laid.staggering,
         "smallest_overlap": None if overlap == float("inf") else overlap, "start": start,
         "ends": list(ends) if isinstance(ends, (tuple, list)) else ends, "min_piece": laid.min_piece,
@@ -190,11 +191,11 @@ def wall(
         "spreader": None if spreader is None else [float(s) for s in spreader],
     }
     built = site.assembly(joint, recipe, joints=joints, tolerance=tolerance)
-    return built if unit_cracks is None else _with_unit_cracks(site, built, unit_cracks, _MAY_CRACK * size[0])
+    return built if unit_cracks is None else _with_unit_cracks(site, built, unit_cracks, _MAY_CRACK * unit_length)
 
 
 def _laid(
-    runs: Sequence[StraightWall], bond: Bond, levels: list[float], ragged: bool | tuple[bool, bool], start_half: bool,
+    runs: Sequence[StraightWall], bond: Bond, levels: list[float], ragged: tuple[bool, bool], start_half: bool,
     header_every: tuple[int, int] | None,
 ) -> tuple[list[list[list[Unit]]], float]:
     """Units of every run, course by course, and the smallest overlap of courses [m].
@@ -204,7 +205,7 @@ def _laid(
     runs : of the plan
     bond : of the facade, and of the returns but for their thickness
     levels : heights of the bed joints [m], one more than there are courses
-    ragged : whether no cut unit closes a free end, for both or as (start, end)
+    ragged : whether no cut unit closes the free end at the start, and that at the end
     start_half : whether the bottom course of the facade is the lapping one
     header_every : every how many courses and positions a header ties the leaves; None for no headers
     """
@@ -272,8 +273,8 @@ def _headers(given: object, leaves: int, bond: str) -> tuple[int, int] | None:
     return count("header_every course", given[0]), count("header_every position", given[1])
 
 
-def _ragged(ends: object, plan: str, bond: str) -> bool | tuple[bool, bool]:
-    """Whether the ends of a wall are left ragged, for both or as (left, right).
+def _ragged(ends: object, plan: str, bond: str) -> tuple[bool, bool]:
+    """Whether the left and the right end of a wall are left ragged.
 
     Parameters
     ----------
@@ -281,25 +282,17 @@ def _ragged(ends: object, plan: str, bond: str) -> bool | tuple[bool, bool]:
     plan : name of the plan; only a straight wall has two free ends
     bond : its name; English and Flemish bond end with closers, which are cut units
     """
-    if isinstance(ends, (tuple, list)):
-        if len(ends) != 2 or plan != "straight":
-            raise InputError(f"ends must be one word, or a pair (left, right) for a straight wall; got {ends!r}")
-        left, right = (choice("ends", end, _ENDS) == "ragged" for end in ends)
-        pair: bool | tuple[bool, bool] = (left, right)
-    else:
-        left = right = pair = choice("ends", ends, _ENDS) == "ragged"
+    several = isinstance(ends, (tuple, list))
+    pair = tuple(ends) if isinstance(ends, (tuple, list)) else (ends, ends)
+    if several and (len(pair) != 2 or plan != "straight"):
+        raise InputError(f"ends must be one word, or a pair (left, right) for a straight wall; got {ends!r}")
+    left, right = (choice("ends", end, _ENDS) == "ragged" for end in pair)
     either = left or right
     if either and plan == "box":
         raise InputError("ends: a wall on a closed plan has no free end to be ragged")
     if either and bond in ("english", "flemish"):
         raise InputError(f"ends: ragged ends are for running and header bond, got bond {bond!r}")
-    return pair
-
-
-def _three(sizes: tuple[float, ...]) -> tuple[float, float, float]:
-    """Three sizes as a tuple of known length, which type checks need."""
-    length, height, thickness = sizes
-    return length, height, thickness
+    return left, right
 
 
 def _bounds(runs: Sequence[StraightWall]) -> tuple[float, float, float, float]:

@@ -11,6 +11,7 @@ def closed_part(polygon: Array, gap: Array, limit: float) -> Array:
     """Part of a convex polygon in which a gap stays within a limit [m], shape (k, 3).
 
     The polygon has corners [m], shape (n, 3), at which ``gap`` is given [m], shape (n,); between them it is linear.
+    What is closed along an edge or at a corner alone has fewer than three corners.
     """
     out = []
     for i in range(len(polygon)):

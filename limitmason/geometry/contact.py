@@ -164,7 +164,7 @@ def find_contacts(
     :func:`limitmason.geometry.penetration.touching_edges`.
     """
     rules = rules or ContactRules()
-    n = int(owner.max()) + 1 if len(owner) else 0
+    n = int(owner.max()) + 1
     distance = np.broadcast_to(np.asarray(tolerance, dtype=float), n)
     far = distance if reach is None else np.maximum(np.broadcast_to(np.asarray(reach, dtype=float), n), distance)
     p, q = near_pairs(solids, owner, far)
@@ -177,7 +177,7 @@ def find_contacts(
     if (doubtful := (code != MADE) & (code != NOTHING)).any():
         rows = np.flatnonzero(doubtful)
         # faces with a third block between them do not meet
-        code[rows[filled(closed_centres(pairs, rows), found.a[rows], found.b[rows], solids, owner)]] = NOTHING
+        code[rows[filled(found, rows, solids, owner)]] = NOTHING
     doubts = doubts_of(found, code, np.arange(len(code))) if reach is not None else []
     made = np.flatnonzero((code == MADE) | (code == _CLOSED) | (code == _IN_PART))
     polygons = [pairs.points[k, : pairs.corners_of[k]] for k in made]
@@ -283,23 +283,22 @@ def _closing(found: Candidates, rules: ContactRules, low: Array, high: Array, li
     return out
 
 
-def filled(points: Array, a: Index, b: Index, solids: Sequence[Solid], owner: Index) -> Flags:
-    """Whether the solid of a third owner holds each point, shape (m,).
+def filled(found: Candidates, rows: Index, solids: Sequence[Solid], owner: Index) -> Flags:
+    """Whether the solid of a third owner lies between the two faces of each pair, shape (m,).
 
     Parameters
     ----------
+    found : pairs of faces that may be contacts
+    rows : numbers of those that are looked at, shape (m,)
     solids : all pieces of the blocks
-    points : [m], shape (m, 3)
-    a, b : the two owners that do not count, shape (m,)
     owner : of every solid
     """
-    if not len(points):
-        return np.zeros(0, dtype=bool)
     low = np.array([s.vertices.min(axis=0) for s in solids])
     high = np.array([s.vertices.max(axis=0) for s in solids])
-    out = np.zeros(len(points), dtype=bool)
-    for k, x in enumerate(points):
-        around = (low < x).all(axis=1) & (x < high).all(axis=1) & (owner != a[k]) & (owner != b[k])
+    out = np.zeros(len(rows), dtype=bool)
+    for k, (row, x) in enumerate(zip(rows.tolist(), closed_centres(found.pairs, rows), strict=True)):
+        third = (owner != found.a[row]) & (owner != found.b[row])
+        around = (low < x).all(axis=1) & (x < high).all(axis=1) & third
         for i in np.flatnonzero(around).tolist():
             faces, _ = all_faces([solids[i]])
             out[k] |= bool((faces.normal @ x < faces.offset).all())
@@ -364,17 +363,14 @@ def _merge_patches(
     tolerance : distance up to which faces touch [m], shape (m,)
     overlaps, doubts : passed on
     """
-    if not len(a):
-        return ContactPatches(a, b, [], np.empty((0, 3)), overlaps, doubts)
     groups: dict[tuple[int, int], list[ContactPatch]] = {}
     rows = np.lexsort((b, a))
     for k in rows.tolist():
         patch = ContactPatch(polygons[k], normals[k], float(areas[k]), float(tolerance[k]))
         groups.setdefault((int(a[k]), int(b[k])), []).append(patch)
     kept = [(pair, patch) for pair, group in groups.items() for patch in merged(group)]
-    ends = np.array([pair for pair, _ in kept], dtype=np.intp)
-    found = [patch for _, patch in kept]
+    ends = np.array([pair for pair, _ in kept], dtype=np.intp).reshape(-1, 2)
     return ContactPatches(
-        a=ends[:, 0], b=ends[:, 1], polygons=[p.polygon for p in found], normals=np.array([p.normal for p in found]),
-        overlaps=overlaps, doubts=doubts,
+        a=ends[:, 0], b=ends[:, 1], polygons=[patch.polygon for _, patch in kept],
+        normals=np.array([patch.normal for _, patch in kept]).reshape(-1, 3), overlaps=overlaps, doubts=doubts,
     )

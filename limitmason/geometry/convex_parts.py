@@ -335,7 +335,7 @@ def _touch(a: Solid, b: Solid, slack: float) -> bool:
             if abs(side @ n) > 1.0 - _PARALLEL or common is None:
                 continue
             common, _ = split_polygon(common, distance * side, side, slack)  # what lies below, on the side of b
-        if common is not None and area_in_space(common) > slack * float(np.ptp(common)):
+        if common is not None and area_in_space(common) > slack * float(np.ptp(common, axis=0).max()):
             return True
     return False
 

@@ -110,9 +110,6 @@ def facing_pairs(
     # lower block number first, so that the normal runs from a to b
     swap = owner[faces.part[f]] > owner[faces.part[g]]
     f, g = np.where(swap, g, f), np.where(swap, f, g)
-    if not len(f):
-        none = np.empty((0, 1, 3))
-        return FacingPairs(f, g, none, f, np.empty((0, 3)), none[..., 0], *(np.empty(0) for _ in range(3)))
     # outward normals of faces that look at each other are nearly opposite: their difference is twice the mean
     normal = faces.normal[f] - faces.normal[g]
     length = np.linalg.norm(normal, axis=1)

@@ -129,9 +129,7 @@ def _shared_points(solids: Sequence[Solid], faces: Faces, start: Index, i: int, 
     for one, other in ((i, j), (j, i)):
         rows = slice(start[other], start[other + 1])
         normal, offset = faces.normal[rows], faces.offset[rows] + slack
-        v = solids[one].vertices
-        a = np.array([v[x] for f in solids[one].faces for x in f])
-        b = np.array([v[f[(k + 1) % len(f)]] for f in solids[one].faces for k in range(len(f))])
+        a, b = _edge_ends(solids[one])
         # the stretch of every edge inside all half-spaces, from s to t of its length; an edge along a plane, whose cut
         # is 0 / 0 or infinite, lies wholly on one side of it
         at, step = a @ normal.T - offset, (b - a) @ normal.T
@@ -173,17 +171,21 @@ def _face_axes_depth(solids: Sequence[Solid], faces: Faces, start: Index, p: Ind
     return depth
 
 
+def _edge_ends(solid: Solid) -> tuple[Array, Array]:
+    """First and second end of every edge of a solid, once for each of its two faces [m], shape (e, 3) each."""
+    sides = np.array([(f[k], f[(k + 1) % len(f)]) for f in solid.faces for k in range(len(f))])
+    return solid.vertices[sides[:, 0]], solid.vertices[sides[:, 1]]
+
+
 def _edge_axes_depth(a: Solid, b: Solid) -> float:
     """Least overlap of two solids along the cross products of their edges [m].
 
     It is infinite where all edges are parallel.
     """
-    def edges(s: Solid) -> Array:
-        """Unit vectors along the edges of a solid, each twice, shape (e, 3)."""
-        e = np.array([s.vertices[f[(k + 1) % len(f)]] - s.vertices[f[k]] for f in s.faces for k in range(len(f))])
-        return e / np.linalg.norm(e, axis=1)[:, None]
-
-    axes = np.cross(edges(a)[:, None], edges(b)[None]).reshape(-1, 3)
+    # vectors along the edges of both, made unit vectors
+    one, other = (end - start for start, end in map(_edge_ends, (a, b)))
+    one, other = (e / np.linalg.norm(e, axis=1)[:, None] for e in (one, other))
+    axes = np.cross(one[:, None], other[None]).reshape(-1, 3)
     length = np.linalg.norm(axes, axis=1)
     crossed = length > PARALLEL_EDGES
     axes = axes[crossed] / length[crossed][:, None]

@@ -311,11 +311,14 @@ def polar_mean_radius(polygon: ArrayLike, pole: ArrayLike) -> float:
     if area <= _NO_AREA * size**2:
         if size == 0.0:
             return 0.0
-        # without area it is a line, of which the mean of |s| is taken
+        # without area it is a line at a distance h from the pole: the mean of sqrt(s^2 + h^2) along it is taken
         direction = q[np.argmax(np.linalg.norm(q - q[0], axis=1))] - q[0]
-        s = q @ (direction / np.linalg.norm(direction))
-        low, high = s.min(), s.max()
-        return float((abs(high) * high - abs(low) * low) / (2.0 * (high - low)))
+        direction /= np.linalg.norm(direction)
+        s = q @ direction
+        h = abs(float(q[0, 0] * direction[1] - q[0, 1] * direction[0]))
+        ends = np.array([s.min(), s.max()])
+        low, high = ends * np.hypot(ends, h) + h**2 * np.arcsinh(ends / max(h, 1e-300))
+        return float((high - low) / (2.0 * np.ptp(ends)))
     r = np.roll(q, -1, axis=0)
     edge = r - q
     length = np.linalg.norm(edge, axis=1)

@@ -41,8 +41,7 @@ _BOX_FACES: Faces = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2,
 
 def encloses(solids: Sequence[Solid]) -> Flags:
     """Flags of the solids with a volume above rounding, which is below zero for an inverted one, shape (n,)."""
-    size = np.array([np.ptp(s.vertices, axis=0).max() for s in solids])
-    return np.abs(mass_properties(solids).volume) > NO_VOLUME * size**3
+    return np.abs(mass_properties(solids).volume) > NO_VOLUME * longest_sides(solids) ** 3
 
 
 def box(low: ArrayLike, high: ArrayLike) -> Solid:
@@ -246,7 +245,4 @@ def least_widths(blocks: Sequence[Sequence[Solid]]) -> Array:
 
 def longest_sides(solids: Sequence[Solid]) -> Array:
     """Longest side of the box around each solid [m], shape (n,)."""
-    out = np.empty(len(solids))
-    for _, members, vertices in group_by_topology(solids):
-        out[members] = np.ptp(vertices, axis=1).max(axis=1)
-    return out
+    return np.array([np.ptp(s.vertices, axis=0).max() for s in solids])

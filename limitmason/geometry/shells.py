@@ -216,10 +216,10 @@ def volume_of_mixed_faces(corners: Array, triangles: Index) -> float:
     before = breadth_first_order(coo_array((np.ones(len(links)), links.T), shape=(m + 1, m + 1)), m, directed=False)[1]
     later = np.flatnonzero(before[:m] != m)
     tree = np.sort(np.column_stack([before[later], later]), axis=1)
-    # two copies of every face, k as it is and k + m + 1 turned over: a pair that runs alike links unlike copies,
-    # another like ones. A face that hangs together with the first of its piece keeps its sense, else it is turned
-    # ``copy`` is where the copies of the second face begin that the first one's go with; pairs rise, so that the code
-    # m i + j of a pair can be looked up
+    # two copies of every face, k as it is and k + m + 1 turned over. A pair of one sense links like copies, a pair that
+    # passes its edge alike links unlike ones: a face whose own copy hangs together with the first of its piece keeps
+    # its sense, another is turned. ``copy`` is the offset, 0 or m + 1, of the copy of the second face that goes with
+    # the first face as it is. Pairs (i, j) rise, so that they are looked up by the number m i + j
     copy = against[np.searchsorted(pairs @ [m, 1], tree @ [m, 1])] * (m + 1)
     sheet = _pieces(
         np.vstack([tree + np.outer(copy, [0, 1]), tree + np.outer(m + 1 - copy, [0, 1]) + [m + 1, 0]]), 2 * (m + 1)

@@ -63,4 +63,4 @@ def slip_integrals(corners: Array, start: Index, sliding: Array, spin: Array) ->
 
     part = np.where(keep, np.sign(h) * height**3 / 6.0 * (primitive(r) - primitive(q)), 0.0)
     exact = np.abs(spin) * np.bincount(owner, part, k)
-    return np.where(far, np.where(speed > 0, series, 0.0), exact)
+    return np.where(far, series, exact)

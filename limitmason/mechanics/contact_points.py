@@ -8,13 +8,13 @@ from functools import partial
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from limitmason.answers.results import ContactModel
 from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import choice, numbers
 from limitmason.errors import InputError
 from limitmason.mechanics import point_lattices as lattices
+from limitmason.mechanics.face_sides import DIFFERS, in_rows, turned_corners
 from limitmason.mechanics.plane import Plane
 from limitmason.model.arrays import AssemblyArrays
 from limitmason.model.assembly import Assembly
@@ -34,9 +34,6 @@ LOBATTO_POINTS = 15
 
 EVEN_GRID: Grid = (5, 5)
 """Evenly spaced points along and across a joint where none are given: chosen."""
-
-_DIFFERS = 1e-6
-"""Part of a length, or of a unit vector, below which two of them count as equal: coordinates are rounded [-]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +88,8 @@ def contact_points(
         interfaces, or one per kind of joint ("bed", "head", "base") or per wall, which is how the names of its blocks
         begin ("facade", "return-left"); at least 2 each. Walls go before kinds, and a joint between two walls takes
         the finer of both; or the largest spacing of points [m], by which every interface gets as many as it needs
-    plane : from :func:`limitmason.mechanics.plane.find_plane`; points then lie on the plane
+    plane : from :func:`limitmason.mechanics.plane.find_plane`; points then lie on the plane, in rows along the unit, or
+        across it where the plane does: of the grid's two numbers then at least the second
     elastic : areas of a grid that bend as the face does, for stiffness (the DEM); False for areas that carry what the
         face carries, for strength: the points are the same
     ties : one point more for every tie that touches a free block, at its middle, as ``Assembly.links`` numbers them
@@ -105,12 +103,13 @@ def contact_points(
     choice("contact_model", contact_model, tuple(ContactModel))
     x = assembly.arrays
     active = np.flatnonzero(~(assembly.fixed[x.block_a] & assembly.fixed[x.block_b]))
-    if isinstance(grid, int | float) and contact_model != "vertices":
+    if contact_model == "vertices":  # a side has its two ends alone
+        sizes = np.full((len(x.area), 2), 2, dtype=np.intp)
+    elif isinstance(grid, int | float):
         sizes = _spaced_sizes(assembly, grid, plane)
     else:
-        # a spacing comes here with corners alone, which need no number of points
-        kinds = np.array([i.kind for i in assembly.interfaces])
-        sizes = _grid_sizes(assembly, kinds, contact_model, (2, 2) if isinstance(grid, int | float) else grid)
+        sizes = _grid_sizes(assembly, grid)
+        sizes = sizes if plane is None else in_rows(assembly, sizes, plane)
     position, interface, area = [np.empty((0, 3))], [np.empty(0, np.intp)], [np.empty(0)]
     # faces with as many corners and points are laid out at once
     corners_and_sizes = np.column_stack([np.diff(x.corner_start), sizes])
@@ -165,9 +164,10 @@ def _laid_out(
     x = assembly.arrays
     n_corners, along, across = (int(number) for number in alike)
     lattice = lattices.lobatto_points if contact_model == LOBATTO else partial(lattices.edge_points, elastic=elastic)
-    corners = x.corners[x.corner_start[rows][:, None] + np.arange(n_corners)]
     if contact_model != "vertices" and n_corners == 4:
-        corners = _turned(assembly, rows, corners)
+        corners = turned_corners(assembly, rows)
+    else:
+        corners = x.corners[x.corner_start[rows][:, None] + np.arange(n_corners)]
     if plane is not None:
         return lattices.plane_points(corners, x, rows, plane, along, lattice)
     if contact_model == "vertices":
@@ -233,22 +233,17 @@ def on_few_points(assembly: Assembly, remedy: str, points: ContactPoints | None 
     )
 
 
-def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Grid | Mapping[str, Grid]) -> Index:
+def _grid_sizes(assembly: Assembly, grid: Grid | Mapping[str, Grid]) -> Index:
     """Points along both sides of every joint by its kind or wall, shape (k, 2).
 
-    Parameters
-    ----------
-    kinds : kind of every joint, one of ``KINDS``, shape (k,)
-    contact_model, grid : as of :func:`contact_points`
+    ``grid`` is that of :func:`contact_points`, but no spacing.
 
     Raises
     ------
     InputError
         For sizes that are not two whole numbers from 2 on, names that mean nothing, and kinds without an entry.
     """
-    if contact_model == "vertices":  # a side has its two ends alone
-        return np.full((len(kinds), 2), 2, dtype=np.intp)
-    table = grid if isinstance(grid, Mapping) else dict.fromkeys(set(kinds.tolist()), grid)
+    table = grid if isinstance(grid, Mapping) else dict.fromkeys({i.kind for i in assembly.interfaces}, grid)
     for name, size in table.items():
         counts = numbers(f"grid for {name!r}", size)
         if counts.shape != (2,) or not (counts >= 2.0).all() or (counts != counts.round()).any():
@@ -261,13 +256,12 @@ def _grid_sizes(assembly: Assembly, kinds: NDArray, contact_model: str, grid: Gr
                 f"grid has an entry {wall!r}, which is no kind of joint ({', '.join(KINDS)}) and begins the name of no "
                 "block"
             )
-    sizes = np.empty((len(kinds), 2), np.intp)
-    for k, kind in enumerate(kinds.tolist()):
-        ends = (assembly.interfaces[k].block_a, assembly.interfaces[k].block_b) if walls else ()
-        own = [table[wall] for wall in walls if any(names[block].startswith(wall) for block in ends)]
-        if not own and kind not in table:
-            raise InputError(f"grid has no entry for joints of kind {kind!r}")
-        sizes[k] = np.max(own, axis=0) if own else table[kind]
+    sizes = np.empty((len(assembly.interfaces), 2), np.intp)
+    for k, i in enumerate(assembly.interfaces):
+        own = [table[wall] for wall in walls if any(names[b].startswith(wall) for b in (i.block_a, i.block_b))]
+        if not own and i.kind not in table:
+            raise InputError(f"grid has no entry for joints of kind {i.kind!r}")
+        sizes[k] = np.max(own, axis=0) if own else table[i.kind]
     return sizes
 
 
@@ -306,7 +300,7 @@ def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> In
         rows = np.flatnonzero(np.diff(x.corner_start) == 4)
         spans = extents(x, x.tangent_1, x.tangent_2)
         if len(rows):
-            quads = _turned(assembly, rows, x.corners[x.corner_start[rows][:, None] + np.arange(4)])
+            quads = turned_corners(assembly, rows)
             spans[rows, 0] = np.linalg.norm(quads[:, 1] - quads[:, 0], axis=1)
             spans[rows, 1] = np.linalg.norm(quads[:, 2] - quads[:, 1], axis=1)
     else:
@@ -320,81 +314,4 @@ def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> In
             "numbers of points, grid=(5, 5), or a smaller spacing"
         )
     # a side that is a whole number of spacings but for rounding gets no point more
-    return np.maximum(np.ceil(spans / spacing - _DIFFERS).astype(np.intp) + 1, 2)
-
-
-def _turned(assembly: Assembly, rows: Index, corners: Array) -> Array:
-    """Corners of quadrilaterals [m], (m, 4, 3), whose first edge runs along the unit, the second across its thickness.
-
-    Parameters
-    ----------
-    rows : numbers of the interfaces, shape (m,)
-    corners : theirs [m], shape (m, 4, 3)
-    """
-    x = assembly.arrays
-    # lengths of the first two edges [m], and unit vectors along them
-    e1, e2 = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 1]
-    one, two = np.linalg.norm(e1, axis=1), np.linalg.norm(e2, axis=1)
-    e1, e2 = e1 / one[:, None], e2 / two[:, None]
-    # the long edge is taken as along the unit, until a unit's own axis says otherwise
-    turn = one < two
-    # the free block decides before the held one, and b before a
-    pair = np.column_stack([x.block_b[rows], x.block_a[rows]])
-    swap = assembly.fixed[pair[:, 0]] & ~assembly.fixed[pair[:, 1]]
-    pair[swap] = pair[swap, ::-1]
-    square = np.abs(one - two) <= _DIFFERS * one
-    turn[square] = _squares_turned(assembly, pair[square], e1[square], e2[square])
-    # length direction of the deciding unit as laid, or of the other where it names none
-    axes = np.array([(np.nan, np.nan, np.nan) if b.axis is None else b.axis for b in assembly.blocks])
-    axis = np.where(np.isnan(axes[pair[:, :1], 0]), axes[pair[:, 1]], axes[pair[:, 0]])
-    across = np.cross(axis, (0.0, 0.0, 1.0))
-    # an upright unit: its thickness is taken along y, as in a wall in x-z
-    across[np.linalg.norm(across, axis=1) <= _DIFFERS] = 0.0, 1.0, 0.0
-    # NaN without an axis, and nothing where both edges stand square to the thickness: such faces stay undecided
-    across_1, across_2 = (np.abs(np.einsum("ij,ij->i", e, across)) for e in (e1, e2))
-    decided = np.fmax(across_1, across_2) > _DIFFERS
-    turn[decided] = across_1[decided] > across_2[decided]
-    return np.where(turn[:, None, None], np.roll(corners, -1, axis=1), corners)
-
-
-def _squares_turned(assembly: Assembly, pair: Index, e1: Array, e2: Array) -> Flags:
-    """Whether the first side of square faces is not the one along the unit, shape (m,).
-
-    Their sides differ by rounding only. The unit runs along the side in which the first block extends farther. Where it
-    extends alike in both, the second block decides. Between two cubes the thickness is taken along y, and where neither
-    side runs so, the unit along x.
-
-    Parameters
-    ----------
-    pair : numbers of the two blocks of each face, the deciding one first, shape (m, 2)
-    e1, e2 : unit vectors along the sides, shape (m, 3)
-    """
-    # by how much more the first side runs along y, and along x, than the second [-]
-    by_y, by_x = np.abs(e1[:, 1]) - np.abs(e2[:, 1]), np.abs(e1[:, 0]) - np.abs(e2[:, 0])
-    turn = np.where(np.abs(by_y) > _DIFFERS, by_y > 0.0, by_x < -_DIFFERS)
-    # the first block of a pair comes last, so that its word stands
-    for blocks in (pair[:, 1], pair[:, 0]):
-        first, second = (_extent(assembly, blocks, e) for e in (e1, e2))
-        differ = np.abs(first - second) > _DIFFERS * first
-        turn[differ] = (first < second)[differ]
-    return np.asarray(turn)
-
-
-def _extent(assembly: Assembly, blocks: Index, axis: Array) -> Array:
-    """Length of blocks along a unit vector of each [m], shape (m,).
-
-    Parameters
-    ----------
-    blocks : number of the block of each row, shape (m,)
-    axis : unit vector of each row, shape (m, 3)
-    """
-    vertices, start = assembly.vertices
-    count = np.diff(start)[blocks]
-    # where the vertices of each row's block begin among those gathered below
-    first = np.concatenate([[0], np.cumsum(count)])[:-1].astype(np.intp)
-    if not len(first):
-        return np.zeros(0)
-    # all vertices of these blocks, block after block
-    rows = np.arange(int(count.sum())) + np.repeat(start[blocks] - first, count)
-    height = np.einsum("ij,ij->i", vertices[rows], np.repeat(axis, count, axis=0))
-    return np.asarray(np.maximum.reduceat(height, first) - np.minimum.reduceat(height, first))
+    return np.maximum(np.ceil(spans / spacing - DIFFERS).astype(np.intp) + 1, 2)

@@ -87,9 +87,9 @@ def joint_stiffness(
             if values.size:
                 warn_of_stiffness(float(values.min()), f"stiffness: {name}")
         return np.full(count, given[0]), np.full(count, given[1]), warnings
-    missing = ~(x.normal_stiffness > 0.0)  # NaN where a joint names none
-    standard = default_stiffness(assembly, dead) if missing.any() else np.nan
+    missing, standard = ~(x.normal_stiffness > 0.0), np.nan  # NaN where a joint names none
     if missing.any():
+        standard = default_stiffness(assembly, dead)
         warnings.append(missing_stiffness(int(missing.sum()), count, standard))
     kn = np.where(missing, standard, x.normal_stiffness)
     ks = np.where(np.isnan(x.shear_stiffness), kn, x.shear_stiffness)  # kn where a joint names no ks

@@ -75,10 +75,11 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
             f"this prediction ({prediction.method}) has no joint forces: its status is '{prediction.status}'"
         )
     x, k = model.arrays, len(model.interfaces)
-    if len(r.point_interface) and int(np.max(r.point_interface)) >= k + len(model.ties):
-        raise InputError(f"the resultants name interface {int(np.max(r.point_interface))}, the assembly has {k}")
-    faces = np.asarray(r.point_interface, dtype=np.intp) < k  # the ties are numbered after them
-    owner, point_force = np.asarray(r.point_interface, dtype=np.intp)[faces], r.point_force[faces]
+    owner = np.asarray(r.point_interface, dtype=np.intp)
+    if owner.max(initial=-1) >= k + len(model.ties):
+        raise InputError(f"the resultants name interface {owner.max()}, the assembly has {k}")
+    faces = owner < k  # the ties are numbered after them
+    owner, point_force = owner[faces], r.point_force[faces]
     force = np.zeros((k, 3))
     np.add.at(force, owner, point_force)
     # only what presses counts for the centre

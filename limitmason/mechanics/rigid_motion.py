@@ -24,10 +24,6 @@ _LARGEST_TURN = 0.35
 _SMALL_TURN = 1e-4
 """Rotation [rad] below which series replace (t - sin t) / t^3 and its like: their next term is below rounding."""
 
-_FLAT = 1e-12
-"""Least height and length of a structure [m], so that its size is never zero."""
-
-
 class RigidMotion(NamedTuple):
     """Finite motion of n blocks: x -> centroid + translation + rotation (x - centroid)."""
 
@@ -142,9 +138,8 @@ def drawn_motion(assembly: Assembly, twists: Array, scale: float) -> RigidMotion
 
 def structure_size(assembly: Assembly) -> float:
     """Geometric mean of the height and the longest horizontal extent of the blocks that can move [m]."""
-    bounds = free_bounds(assembly)
-    span = np.ptp(bounds, axis=0)
-    return float(np.sqrt(max(span[:2].max(), _FLAT) * max(span[2], _FLAT)))
+    span = np.ptp(free_bounds(assembly), axis=0)
+    return float(np.sqrt(span[:2].max() * span[2]))
 
 
 def free_bounds(assembly: Assembly) -> Array:

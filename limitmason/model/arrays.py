@@ -80,8 +80,7 @@ def face_arrays(polygons: list[Array], normal: Array) -> tuple[Array, Array, Arr
         area[rows] = part.sum(axis=1)
         mean = (r[:, 1:-1] + r[:, 2:]) / 3.0
         centre[rows] = p[:, 0] + (part[..., None] * mean).sum(axis=1) / area[rows][:, None]
-    t2 = np.cross(normal, t1) if k else np.empty((0, 3))
-    return t1, t2, centre, area, corners, start
+    return t1, np.cross(normal, t1), centre, area, corners, start
 
 
 def with_ties(

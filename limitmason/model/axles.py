@@ -7,20 +7,22 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from limitmason.arrays import Array
+from limitmason.arrays import Array, Flags
 from limitmason.checks import finite
 from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.model.applied_forces import AppliedForces
+from limitmason.model.interface import COS_45
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
 
-# chosen, the first four: far above the rounding of coordinates, far below what anybody builds
+# chosen, but for _FARTHEST far above the rounding of coordinates, far below what anybody builds
 _UP = 1e-6  # least upward part of the normal of a loaded face: on vertical ones no fill lies
-_ALIGNED = 1e-6  # unit normals whose parts differ by no more are those of parallel planes
-_NEAR = 1e-6  # of a face's size: joints this near to its plane lie in it
-_LEVEL_SLACK = 1e-9  # of the crown's height: a level given as that height may be lower by rounding
+_ACROSS = 1e-6  # largest part along y of the normal of a face that does not slope along y
+_NEAR = 1e-6  # of a joint's size: faces whose distances from it differ by no more lie in one plane
+_FARTHEST = 0.5  # of a joint's size: a face farther from it is not the one that it lies on
+_LEVEL_SLACK = 1e-9  # of the extrados' length: a level given as the crown's height may be lower by rounding
 _WIDEST_SPREAD = 80.0  # [deg], chosen: towards 90 the length grows without end
 
 
@@ -47,7 +49,7 @@ class Strip(NamedTuple):
 def extrados(assembly: Assembly) -> list[Strip]:
     """Bare faces of free blocks that look up, by their starts in x from left to right.
 
-    A face is bare where no joint lies in its plane: one that a joint covers in part counts as covered.
+    A face is bare where no joint lies on it: one that a joint covers in part counts as covered.
 
     Parameters
     ----------
@@ -59,34 +61,50 @@ def extrados(assembly: Assembly) -> list[Strip]:
         For a face that slopes along y, by the name of its block.
     """
     strips = []
-    # centre and normal of the joints of every block
+    # corners of the joints of every block, and their normals out of it
     joints: dict[int, list[tuple[Array, Array]]] = {}
     for i in assembly.interfaces:
-        for block in (i.block_a, i.block_b):
-            joints.setdefault(block, []).append((i.polygon.mean(axis=0), i.normal))
-    for k in np.flatnonzero(~assembly.fixed):
-        for corners in assembly.blocks[k].outer_faces:
-            n, _ = face_plane(corners)
-            size = float(np.ptp(corners, axis=0).max())
-            # normals of joints run from block a to block b: into this block or out of it
-            covered = any(
-                abs(abs(n @ normal) - 1.0) < _ALIGNED and abs((centre - corners[0]) @ n) < _NEAR * size
-                for centre, normal in joints.get(int(k), ())
-            )
-            if n[2] <= _UP or covered:
+        for block, outward in ((i.block_a, i.normal), (i.block_b, -i.normal)):
+            joints.setdefault(block, []).append((i.polygon, outward))
+    for k in np.flatnonzero(~assembly.fixed).tolist():
+        faces = assembly.blocks[k].outer_faces
+        planes = [face_plane(corners) for corners in faces]
+        covered = _covered(planes, joints.get(k, []))
+        for corners, (n, _), hidden in zip(faces, planes, covered, strict=True):
+            if n[2] <= _UP or hidden:
                 continue
             # a strip has one height at every x
-            if abs(n[1]) > _ALIGNED:
+            if abs(n[1]) > _ACROSS:
                 name = assembly.blocks[k].name
                 raise InputError(f"block {name!r} has a face that slopes along y: axles cross arches in x-z")
             (x0, y0, _), (x1, y1, _) = corners.min(axis=0), corners.max(axis=0)
             slope = -n[0] / n[2]
             height = float(corners[0, 2] + slope * (x0 - corners[0, 0]))
             strips.append(Strip(
-                block=int(k), start=float(x0), end=float(x1), z=height, slope=float(slope), width=float(y1 - y0),
+                block=k, start=float(x0), end=float(x1), z=height, slope=float(slope), width=float(y1 - y0),
                 y=(y0 + y1) / 2,
             ))
     return sorted(strips, key=lambda s: s.start)
+
+
+def _covered(planes: list[tuple[Array, float]], joints: list[tuple[Array, Array]]) -> Flags:
+    """Whether a joint lies on each face of a block, shape (f,).
+
+    A joint lies half-way in the gap between two faces as drawn: it is on the nearest face that looks its way.
+
+    Parameters
+    ----------
+    planes : outward unit normal, and offset along it [m], of every face
+    joints : corners [m], shape (n, 3), and unit normal out of the block, of every joint of it
+    """
+    normals, offsets = np.array([n for n, _ in planes]), np.array([d for _, d in planes])
+    out = np.zeros(len(planes), dtype=bool)
+    for polygon, outward in joints:
+        size = float(np.ptp(polygon, axis=0).max())
+        away = np.abs(polygon @ normals.T - offsets).max(axis=0)
+        away[normals @ outward < COS_45] = np.inf
+        out |= away <= min(away.min() + _NEAR * size, _FARTHEST * size)
+    return out
 
 
 def axle_forces(
@@ -130,7 +148,7 @@ def axle_forces(
     if not strips:
         raise InputError("no free block has a bare face that looks up: there is nothing to drive over")
     top = max(max(s.z, s.z + s.slope * (s.end - s.start)) for s in strips)
-    if not level >= top - _LEVEL_SLACK * abs(top):
+    if not level >= top - _LEVEL_SLACK * (max(s.end for s in strips) - strips[0].start):
         raise InputError(f"level of the fill {level:g} m is below the extrados at {top:g} m")
     spread_deg, contact = finite("spread_deg", spread_deg), finite("contact", contact)
     if not (0.0 <= spread_deg < _WIDEST_SPREAD and contact > 0.0):
@@ -141,8 +159,10 @@ def axle_forces(
     below = min(strips, key=lambda s: max(s.start - at, at - s.end, 0.0))
     z = below.z + below.slope * (min(max(at, below.start), below.end) - below.start)
     half = 0.5 * contact + (level - z) * math.tan(math.radians(spread_deg))
-    # arches side by side share the load by their widths
-    wide = sum(s.width for s in strips if s.start <= 0.5 * (below.start + below.end) <= s.end)
+    # arches side by side share the load by their widths, each by how much of the strip below it lies beside
+    beside = [min(s.end, below.end) - max(s.start, below.start) for s in strips]  # [m], below 0 for none of it
+    span = below.end - below.start
+    wide = sum(s.width * (length / span) for s, length in zip(strips, beside, strict=True) if length > 0.0)
     # of the whole spread, on the extrados or not
     area = 2.0 * half * wide
     forces = AppliedForces.none(assembly)

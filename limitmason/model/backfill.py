@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from limitmason.arrays import Array
 from limitmason.checks import finite, not_negative, positive
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
@@ -20,6 +19,9 @@ if TYPE_CHECKING:
 
 _UP = 1e-6
 """Least upward part of the unit normal of a loaded face, least level part of an inclined one, far above rounding."""
+
+_COVERED = 1e-6
+"""Part of the fill over all faces up to which what joints leave of it is rounding [-]: chosen."""
 
 
 def backfill_forces(
@@ -55,30 +57,30 @@ def backfill_forces(
     rho = positive("density of the fill", density, "kg/m3")
     free = [i for i in range(assembly.n_blocks) if not assembly.fixed[i]]
     # a block that is named twice carries its fill once
-    rows = free if blocks is None else list(dict.fromkeys(map(assembly.block_index, read_fixed(blocks, "blocks"))))
-    forces, loaded, inclined = AppliedForces.none(assembly), False, False
-    # polygon and outward normal of the joints of every loaded block
-    covered: dict[int, list[tuple[Array, Array]]] = {i: [] for i in rows}
-    # the parts of faces that joints cover carry no fill: they count with the opposite sign
+    named = free if blocks is None else map(assembly.block_index, read_fixed(blocks, "blocks"))
+    loaded = dict.fromkeys(named)
+    # what the fill lies on: sign, number of the block, polygon and outward normal. The parts of faces that joints cover
+    # carry no fill: they count with the opposite sign
+    surfaces = [(1.0, i, face, face_plane(face)[0]) for i in loaded for face in assembly.blocks[i].outer_faces]
     for joint in assembly.interfaces:
         for block, sense in ((joint.block_a, 1.0), (joint.block_b, -1.0)):
-            if block in covered:
-                covered[block].append((joint.polygon, sense * joint.normal))
-    for i in rows:
-        # sign, polygon and outward normal
-        surfaces = [(1.0, face, face_plane(face)[0]) for face in assembly.blocks[i].outer_faces]
-        surfaces += [(-1.0, polygon, normal) for polygon, normal in covered[i]]
-        for sign, polygon, normal in surfaces:
-            if normal[2] <= _UP:
-                continue
-            below, _ = split_polygon(polygon, np.array([0.0, 0.0, top]), np.array([0.0, 0.0, 1.0]), slack=0.0)
-            if below is None:  # the whole face is above the fill
-                continue
-            loaded, inclined = True, inclined or bool(np.hypot(normal[0], normal[1]) > _UP)
-            traction = -sign * rho * GRAVITY * np.array([k * normal[0], k * normal[1], normal[2]])
-            # a joint's polygon may run either way round: its own normal makes its area positive
-            forces.add_spread(i, below, face_plane(polygon)[0], top - below[:, 2], traction)
-    if not loaded:
+            if block in loaded:
+                surfaces.append((-1.0, block, joint.polygon, sense * joint.normal))
+    forces, inclined = AppliedForces.none(assembly), False
+    on_faces = 0.0  # weight of the fill over all faces, covered or not [N]
+    for sign, i, polygon, normal in surfaces:
+        if normal[2] <= _UP:
+            continue
+        below, _ = split_polygon(polygon, np.array([0.0, 0.0, top]), np.array([0.0, 0.0, 1.0]), slack=0.0)
+        if below is None:  # the whole face is above the fill
+            continue
+        inclined = inclined or bool(np.hypot(normal[0], normal[1]) > _UP)
+        traction = -sign * rho * GRAVITY * np.array([k * normal[0], k * normal[1], normal[2]])
+        before = forces.force[i, 2]
+        # a joint's polygon may run either way round: its own normal makes its area positive
+        forces.add_spread(i, below, face_plane(polygon)[0], top - below[:, 2], traction)
+        on_faces += max(before - forces.force[i, 2], 0.0)
+    if not -forces.force[:, 2].sum() > _COVERED * on_faces:
         which = "the free blocks" if blocks is None else "these blocks"
         raise InputError(f"fill up to {top:g} m lies on no face of {which}: its top is below them, or they are covered")
     if k and not inclined:

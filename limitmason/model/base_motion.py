@@ -28,6 +28,7 @@ AT_REST = 0.01
 """A record ends at rest where its last velocity is below this fraction of its largest [-]."""
 
 _UNEVEN = 0.01  # of the step, chosen: times in a file are rounded, by more than this a sample is missing
+_ROUNDED = 1e-9  # of the step, chosen: a mean step that differs by more from the middle one tells of rounded times
 
 _ACCELERATIONS = {"m/s2": 1.0, "cm/s2": 1e-2, "gal": 1e-2, "mm/s2": 1e-3, "g": GRAVITY}
 _TIMES = {"s": 1.0, "sec": 1.0, "ms": 1e-3}
@@ -132,6 +133,9 @@ class BaseMotion(Displayed, Stage):
         uneven = np.flatnonzero(np.abs(np.diff(time) - step) > _UNEVEN * abs(step))
         if len(uneven):
             raise InputError(f"{path}: times must be equally spaced; after {time[uneven[0]]:g} s they are not")
+        # of times that are rounded the middle step is one of two round numbers, and the record would be too long
+        mean = float(time[-1] - time[0]) / (len(time) - 1)
+        step = mean if abs(mean - step) > _ROUNDED * step else step
         return cls(tuple((factor * a).tolist()), step, **settings)
 
     @property

@@ -6,11 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from limitmason.arrays import Array, Flags, Index
+from limitmason.arrays import Array
 from limitmason.checks import finite, positive
 from limitmason.errors import InputError
 from limitmason.geometry import contact
-from limitmason.geometry.closed_part import closed_centres
 from limitmason.geometry.contact import Candidates, ContactRules, DoubtfulContact
 from limitmason.geometry.facing import all_faces
 from limitmason.geometry.penetration import near_pairs, penetrations, touching_edges
@@ -49,10 +48,12 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
     looked_at = contact.LOOKED_AT_DEG if angle_deg is None else max(angle_deg, rules.angle_deg)
     # farther than is listed: what a wider tolerance would add is counted among these
     reach = np.maximum(shown, _SEARCHED * near)
-    found = _search(pieces, near, reach, rules, max(looked_at, contact.LOOKED_AT_DEG))
+    faces, start = all_faces(pieces.solids)
+    p, q = near_pairs(pieces.solids, pieces.owner, reach)
+    steepest = min(max(looked_at, contact.LOOKED_AT_DEG), _STEEPEST_DEG)
+    found = contact.candidates(pieces.owner, faces, start, p, q, near, reach, rules, steepest)
     present = contact_warnings.interfaces_by_pair(assembly)
     kept, missed, passed = _judged(_within(found, shown, looked_at), rules, pieces, near, present)
-    faces, start = all_faces(pieces.solids)
     p, q = near_pairs(pieces.solids, pieces.owner, near)
     touching = np.minimum(near[pieces.owner[p]], near[pieces.owner[q]])
     deeper = penetrations(pieces.solids, pieces.owner, faces, start, p, q, touching)
@@ -98,7 +99,7 @@ def _judged(
     """
     code = contact.judged(listed, rules)
     rows = np.flatnonzero(~np.isin(code, (contact.NOTHING, contact.MADE)))
-    between = _filled(listed, rows, pieces)
+    between = contact.filled(listed, rows, pieces.solids, pieces.owner)
     # what would be a contact is looked at too: the model may have no interface there
     rows = np.union1d(rows[~between], np.flatnonzero(code == contact.MADE))
     kept: list[DoubtfulContact] = []
@@ -116,22 +117,6 @@ def _judged(
     return kept, missed + open_ones, [d for d in other if not any(d is m for m in open_ones)]
 
 
-def _search(pieces: BlockPieces, near: Array, reach: Array, rules: ContactRules, looked_at_deg: float) -> Candidates:
-    """Pairs of faces that touch or nearly do.
-
-    Parameters
-    ----------
-    pieces : of all blocks
-    near : gap up to which faces of every block touch [m], shape (n_blocks,)
-    reach : gap of every block up to which faces are looked for [m], shape (n_blocks,)
-    rules : what counts as a contact
-    looked_at_deg : angle between faces up to which they are looked for [deg]
-    """
-    p, q = near_pairs(pieces.solids, pieces.owner, reach)
-    faces, start = all_faces(pieces.solids)
-    return contact.candidates(pieces.owner, faces, start, p, q, near, reach, rules, min(looked_at_deg, _STEEPEST_DEG))
-
-
 def _within(found: Candidates, reach: Array, angle_deg: float) -> Candidates:
     """The candidates up to a gap per block [m], shape (n_blocks,), and an angle [deg].
 
@@ -142,16 +127,6 @@ def _within(found: Candidates, reach: Array, angle_deg: float) -> Candidates:
     keep = (found.pairs.gap.min(axis=1) <= far) & (found.pairs.angle_deg <= angle_deg)
     # the first field are the pairs of faces, the others have a row for each
     return Candidates(found.pairs.rows(keep), *(column[keep] for column in found._replace(reach=far)[1:]))
-
-
-def _filled(found: Candidates, rows: Index, pieces: BlockPieces) -> Flags:
-    """Whether another block fills the space between two faces, shape (len(rows),).
-
-    ``rows`` are numbers of the candidates that are asked for.
-    """
-    return contact.filled(
-        closed_centres(found.pairs, rows), found.a[rows], found.b[rows], pieces.solids, pieces.owner
-    )
 
 
 def _would_add(
@@ -184,7 +159,7 @@ def _would_add(
     out = []
     for label, trial, changed, times in tries:
         rows = np.flatnonzero(np.isin(contact.judged(trial, changed, times=times), contact.CONTACT_CODES) & ~base)
-        between = _filled(found, rows, pieces)
+        between = contact.filled(found, rows, pieces.solids, pieces.owner)
         out.append((label, int((~between).sum())))
     return tuple(out)
 

@@ -141,10 +141,8 @@ def detect(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules, fl
     flatness : largest distance of a vertex from its face's plane [m]
     """
     check_solids(pieces.solids, [blocks[i].name for i in pieces.owner], flatness)
-    distances = contact_distances(pieces.widths, rules)
-    reach = near_miss_reach(pieces.widths, distances)
-    _check_pieces(blocks, pieces, distances)
-    return find_contacts(pieces.solids, pieces.owner, distances, rules=rules, reach=reach)
+    _check_pieces(blocks, pieces, rules)
+    return _found(pieces, rules)
 
 
 def doubts_between(blocks: Sequence[Block], rules: ContactRules) -> tuple[DoubtfulContact, ...]:
@@ -152,13 +150,34 @@ def doubts_between(blocks: Sequence[Block], rules: ContactRules) -> tuple[Doubtf
 
     ``rules`` say what counts as a contact.
     """
-    pieces = pieces_of(blocks)
+    return tuple(_found(pieces_of(blocks), rules).doubts)
+
+
+def _found(pieces: BlockPieces, rules: ContactRules) -> ContactPatches:
+    """Contacts, overlaps and doubts of sound convex pieces of blocks; ``rules`` say what counts as a contact."""
     distances = contact_distances(pieces.widths, rules)
     reach = near_miss_reach(pieces.widths, distances)
-    return tuple(find_contacts(pieces.solids, pieces.owner, distances, rules=rules, reach=reach).doubts)
+    return find_contacts(pieces.solids, pieces.owner, distances, rules=rules, reach=reach)
 
 
-def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, distances: Array) -> None:
+def contacts_within(pieces: BlockPieces, rules: ContactRules) -> tuple[Index, ContactPatches | None]:
+    """Numbers of the pieces that are not alone in their block, and contacts between these; None without any.
+
+    Each counts as a block of its own, since contacts are found between blocks: those of two blocks are among them.
+
+    Parameters
+    ----------
+    pieces : of all blocks
+    rules : their distance says what touches
+    """
+    owner = pieces.owner
+    rows = np.flatnonzero(np.bincount(owner)[owner] > 1)
+    distances = contact_distances(pieces.widths, rules)[owner[rows]]
+    solids = [pieces.solids[i] for i in rows]
+    return rows, find_contacts(solids, np.arange(len(rows)), distances) if solids else None
+
+
+def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules) -> None:
     """Refuse pieces of one block that overlap.
 
     Their volumes are added up, so that they may only touch.
@@ -167,16 +186,11 @@ def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, distances: Array
     ----------
     blocks : for their names
     pieces : of all of them
-    distances : up to which faces of every block touch [m], shape (n_blocks,)
+    rules : their distance says what touches
     """
     owner = pieces.owner
-    # pieces that are not alone in their block
-    rows = np.flatnonzero(np.bincount(owner)[owner] > 1)
-    if not len(rows):
-        return
-    # each taken as a block of its own, since contacts are found between blocks
-    among = find_contacts([pieces.solids[i] for i in rows], np.arange(len(rows)), distances[owner[rows]])
-    for i, j, depth in among.overlaps:
+    rows, among = contacts_within(pieces, rules)
+    for i, j, depth in among.overlaps if among else ():
         if owner[rows[i]] == owner[rows[j]]:
             raise InputError(
                 f"two pieces of block {blocks[owner[rows[i]]].name!r} overlap by {depth:.3g} m; the convex "

@@ -5,11 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array, Flags, Index
-from limitmason.geometry.contact import find_contacts
 from limitmason.geometry.facing import Faces, all_faces
 from limitmason.geometry.polygon import area_in_space
 from limitmason.model.blockwork import Blockwork
-from limitmason.model.detection import BlockPieces, contact_distances
+from limitmason.model.detection import BlockPieces, contacts_within
 
 _LOOKS_THE_SAME_WAY = 0.7  # cosine of about 45 degrees between outward normals, chosen
 _FARTHEST = 0.5  # of a polygon's size, chosen: a face farther from its plane is not the one that it lies on
@@ -161,12 +160,9 @@ def _inner_faces(assembly: Blockwork, pieces: BlockPieces, faces: Faces, start: 
     """
     out = np.zeros(len(faces.normal), dtype=bool)
     owner = pieces.owner
-    # pieces that are not alone in their block, each taken as a block of its own to find where they touch
-    several = np.flatnonzero(np.bincount(owner)[owner] > 1)
-    if not len(several):
+    several, among = contacts_within(pieces, assembly.contact_rules)
+    if among is None:
         return out
-    distances = contact_distances(pieces.widths, assembly.contact_rules)[owner[several]]
-    among = find_contacts([pieces.solids[i] for i in several], np.arange(len(several)), distances)
     covered = np.zeros(len(out))
     for a, b, polygon, normal in zip(among.a.tolist(), among.b.tolist(), among.polygons, among.normals, strict=True):
         i, j = int(several[a]), int(several[b])

@@ -65,7 +65,7 @@ class Fingerprint(ReadOnly):
         """
         out: dict[str, Table] = {
             "block: name": np.array([b.name for b in blocks], dtype=str),
-            "block: shape": _rows([b.vertices for b in blocks], width=3),
+            "block: shape": _rows([b.vertices for b in blocks]),
             "block: number of vertices": np.array([len(b.vertices) for b in blocks]),
             "block: list of faces": np.array([repr([p.faces for p in b.parts]) for b in blocks], dtype=str),
             "block: density": np.array([b.density for b in blocks], dtype=float),
@@ -73,9 +73,9 @@ class Fingerprint(ReadOnly):
             "block: support": held.copy(),
             **_columns("block: material's ", Material, [b.material for b in blocks], FRACTURE),
             "joint: pair of blocks": np.array([(i.block_a, i.block_b) for i in joints], dtype=np.int64).reshape(-1, 2),
-            "joint: polygon": _rows([i.polygon for i in joints], width=3),
+            "joint: polygon": _rows([i.polygon for i in joints]),
             "joint: number of corners": np.array([len(i.polygon) for i in joints], dtype=np.int64),
-            "joint: normal": _rows([i.normal[None] for i in joints], width=3),
+            "joint: normal": _rows([i.normal[None] for i in joints]),
             "joint: kind": np.array([i.kind for i in joints], dtype=str),
             **_columns("joint: ", Joint, [i.joint for i in joints], ("terms",)),
             **_term_columns([i.joint for i in joints]),
@@ -247,12 +247,9 @@ def _number(value: Any) -> float:
     return float("nan") if value is None else float(value)
 
 
-def _rows(parts: Sequence[Table], width: int) -> Table:
-    """Tables of so many columns one under the other.
-
-    An empty one where there are none.
-    """
-    return np.concatenate(parts) if len(parts) else np.zeros((0, width))
+def _rows(parts: Sequence[Table]) -> Table:
+    """Tables of three columns one under the other, an empty one where there are none."""
+    return np.concatenate(parts) if len(parts) else np.zeros((0, 3))
 
 
 def _same(now: Table, was: Table) -> Flags:

@@ -100,14 +100,18 @@ def read_pieces(solid: Any, name: str) -> tuple[Solid, ...]:
             if v.ndim != 2 or v.shape[1] != 3:
                 raise InputError(f"vertices must have shape (n, 3), got {v.shape}")
             v.setflags(write=False)
-            # tuples already: kept without a copy
-            if not isinstance(faces, tuple) or not all(isinstance(f, tuple) for f in faces):
-                faces = tuple(tuple(int(i) for i in f) for f in faces)
+            # tuples of whole numbers already: kept without a copy
+            plain = isinstance(faces, tuple) and all(isinstance(f, tuple) for f in faces)
+            if not (plain and all(type(i) is int for f in faces for i in f)):
+                given = [tuple(f) for f in faces]
+                faces = tuple(tuple(int(i) for i in f) for f in given)
+                if list(faces) != given:
+                    raise InputError("faces must be whole numbers of vertices")
             # a tetrahedron has the fewest
             if len(faces) < 4:
                 raise InputError(f"a solid has four faces or more, here are {len(faces)}")
             out.append(Solid(v, faces))
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"block {name!r}: expected (vertices, faces) or a list of such pieces; {error}") from None
     if not out:
         raise InputError(f"block {name!r} has no pieces")

@@ -220,8 +220,8 @@ class Loads(LoadArrays):
         """These loads and a pressure on a flat patch across blocks.
 
         An airbag, water or earth presses so: with p + gamma (level - z) below its level, and with p above it. Faces in
-        the plane of the patch are loaded wherever they lie within it, those that another block covers too: draw the
-        patch over what is exposed.
+        the plane of the patch, within the tolerance of contacts, are loaded wherever they lie within it, those that
+        another block covers too: draw the patch over what is exposed.
 
         Parameters
         ----------
@@ -332,7 +332,6 @@ class Loads(LoadArrays):
         force : downwards [N], >= 0
         block : the loading beam, a block named "beam" by default (``build.wall(..., top_beam=...)`` makes one)
         """
-        self._check_fits(assembly)
         down = not_negative("precompression force", force)
         return self.with_point_load(assembly, block, (0.0, 0.0, -down), case="dead")
 

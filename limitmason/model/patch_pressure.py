@@ -38,12 +38,15 @@ class Patch(NamedTuple):
     size: float
     axes: Array
 
-    def holds(self, points: Array) -> Any:
-        """Whether points lie in its plane.
+    def holds(self, points: Array, slack: float = 0.0) -> Any:
+        """Whether points lie in its plane, one answer for each n of them.
 
-        ``points`` are [m], shape (..., n, 3), with one answer for each n of them.
+        Parameters
+        ----------
+        points : [m], shape (..., n, 3)
+        slack : distance from the plane up to which they lie in it, beyond rounding [m]
         """
-        return np.abs((points - self.corners[0]) @ self.normal).max(axis=-1) <= NEAR * self.size
+        return np.abs((points - self.corners[0]) @ self.normal).max(axis=-1) <= max(NEAR * self.size, slack)
 
     def clipped(self, face: Array) -> Array:
         """The part of a face within it [m], shape (m, 2).
@@ -99,7 +102,8 @@ def read_patch(corners: ArrayLike) -> Patch:
 def patch_forces(assembly: "Assembly", corners: ArrayLike, pressure: Pressure) -> tuple[AppliedForces, float]:
     """Forces of a pressure on a flat patch, on the blocks whose faces lie in it.
 
-    Every face in the plane of the patch is clipped to it, and the pressure integrated over what is left.
+    Every face in the plane of the patch, within the tolerance of contacts, is clipped to it, and the pressure is
+    integrated over what is left.
 
     Parameters
     ----------
@@ -126,7 +130,7 @@ def patch_forces(assembly: "Assembly", corners: ArrayLike, pressure: Pressure) -
     forces, total, loaded = AppliedForces.none(assembly), 0.0, False
     for i, block in enumerate(assembly.blocks):
         for face in block.outer_faces:
-            if not patch.holds(face) or face_plane(face)[0] @ patch.normal < _PARALLEL:
+            if not patch.holds(face, assembly.tolerance) or face_plane(face)[0] @ patch.normal < _PARALLEL:
                 continue
             left = patch.clipped(face)
             area = polygon_area_centroid(left)[0] if len(left) > 2 else 0.0

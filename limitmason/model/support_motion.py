@@ -61,19 +61,20 @@ class SupportMotion:
     def displacements(self, assembly: Blockwork, support: Group) -> dict[str, dict[str, float]]:
         """Displacement of every block of a group about its centroid [m, rad].
 
-        By block name and degree of freedom.
-
-        ``dem.Drive`` takes it so.
+        By block name and degree of freedom, as ``dem.Drive`` takes it. A support that holds some freedoms alone moves
+        in these; of a block that is not held at all every freedom is driven.
 
         Parameters
         ----------
         assembly : that has the blocks
         support : the group
         """
-        return {
-            assembly.blocks[i].name: dict(zip(DEGREES_OF_FREEDOM, self.twist(centre).tolist(), strict=True))
-            for i, centre in ((i, assembly.centroids[i]) for i in group_of(assembly, support))
-        }
+        out = {}
+        for i in group_of(assembly, support):
+            held = assembly.held[i] if assembly.held[i].any() else np.ones(6, dtype=bool)
+            moves = zip(DEGREES_OF_FREEDOM, self.twist(assembly.centroids[i]).tolist(), held, strict=True)
+            out[assembly.blocks[i].name] = {name: value for name, value, driven in moves if driven}
+        return out
 
 
 def group_of(assembly: Blockwork, support: Group) -> list[int]:

@@ -109,6 +109,13 @@ def test_lintel_is_one_block_with_the_stated_bearing_on_both_jambs():
     assert wall.recipe["openings"][0]["bearing"] == pytest.approx(0.15)
 
 
+def test_a_lintel_of_one_metre_is_as_high_as_it_says():
+    opening = build.Opening(1.2, 0.8, 0.8, 0.8, lintel=1.0)
+    wall = build.wall(length=4.0, courses=16, unit=BRICK, openings=[opening], joint=JOINT)
+    assert np.ptp(wall.blocks[wall.block_index("lintel-1")].bounds[:, 2]) == pytest.approx(1.0)
+    assert wall.recipe["openings"][0]["lintel"] == pytest.approx(1.0)
+
+
 def test_cut_unit_shorter_than_min_piece_joins_its_neighbour():
     # 0.05 m of the unit from 0.8 to 1.2 m would remain beside the jamb at 0.85 m
     opening = build.Opening(0.85, 0.4, 0.6, 0.2, lintel=False)

@@ -106,6 +106,10 @@ def test_any_plane_through_a_block_of_several_parts_and_its_bad_input():
     ):
         with pytest.raises(lm.errors.InputError, match=said):
             lm.build.with_potential_cracks(block, planes, STRONG)
+    stack = [box((0, 0, k), (1, 1, k + 1)) for k in range(3)]
+    named = lm.Assembly.from_polyhedra(stack, joint=STRONG, fixed=[0], names=["base", "u", "u-a"])
+    with pytest.raises(lm.errors.InputError, match="'u-a' is used more than once"):
+        lm.build.with_potential_cracks(named, {"u": ((0.5, 0.5, 1.5), (1, 0, 0))}, STRONG)
     with pytest.raises(lm.errors.InputError, match="unit_cracks must be the law"):
         wall(unit_cracks=True)
 

@@ -160,6 +160,8 @@ def test_fill_on_a_flat_top_is_its_weight_and_covered_faces_carry_none():
     assert {wall.blocks[i].name[:9] for i in np.flatnonzero(added > 1e-6)} == {"facade-03"}
     with pytest.raises(InputError, match="lies on no face"):
         Loads.weight(wall).with_backfill(wall, 0.1, 1500.0)
+    with pytest.raises(ValueError, match="on no face of these blocks: .* or they are covered"):
+        Loads.weight(wall).with_backfill(wall, 1.0, 1500.0, blocks=["facade-01-02"])
     with pytest.raises(InputError, match="every face that the fill lies on is level"):
         Loads.weight(wall).with_backfill(wall, 1.0, 1500.0, lateral=0.4)
 

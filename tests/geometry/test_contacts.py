@@ -20,6 +20,7 @@ from limitmason.geometry import (
 from limitmason.geometry.boxtree import overlapping_pairs
 from limitmason.geometry.polygon import centred_overlap, clip_convex
 from limitmason.mechanics.contact_points import contact_points
+from limitmason.mechanics.plane import find_plane
 from limitmason.mechanics.stiffness_matrix import stiffness_matrix
 
 JOINT = lm.Joint(30.0)
@@ -175,6 +176,8 @@ def test_polar_mean_radius_against_quadrature():
     x, y = np.meshgrid(grid, grid)
     assert polar_mean_radius(square, (1.7, -0.4)) == pytest.approx(np.hypot(x - 1.7, y + 0.4).mean(), rel=1e-5)
     assert polar_mean_radius([[0, 0], [4, 0], [4, 0], [0, 0]], (2, 0)) == pytest.approx(1.0)
+    beside = np.hypot(np.linspace(0.0, 4.0, 100_001) - 1.5, 0.7).mean()  # of a line that the pole is not on
+    assert polar_mean_radius([[0, 0], [4, 0], [4, 0], [0, 0]], (1.5, 0.7)) == pytest.approx(beside, rel=1e-5)
 
 
 def test_compressed_area_is_centred_on_the_pressure():
@@ -274,3 +277,18 @@ def test_a_face_of_a_thin_piece_is_no_second_contact(step):
     high = [(0, 1 + step), (0.5, 1 + step), (0.5, 1), (1, 1), (1, 2), (0, 2)]
     wall = lm.Assembly.from_polygons([low, high], thickness=1.0, joint=JOINT, fixed=[0])
     assert sum(i.area for i in wall.interfaces if i.normal[2] > 0.9) == pytest.approx(1.0, abs=1e-5)
+
+
+def test_a_plane_across_the_units_takes_the_points_across_their_thickness():
+    """Out of its own plane a section crushes over its thickness: two points there would bear the whole edge load."""
+    crushing = lm.Joint(35.0, compressive_strength=1e5)
+    pier = lm.build.column(width=0.4, depth=0.2, unit_height=0.2, courses=8, joint=crushing)
+    across = lm.Loads.horizontal(pier, (0.0, 1.0, 0.0))
+    points = contact_points(pier, contact_model="grid", grid=(2, 9), plane=find_plane(pier, across))
+    assert (np.bincount(points.interface) == 9).all()
+    plane, space = (
+        lm.limit_analysis(pier, across, contact_model="grid", grid=(2, 9), in_plane=flag).collapse_multiplier
+        for flag in (True, False)
+    )
+    assert plane == pytest.approx(space, rel=1e-6)
+    assert plane < 0.1  # 0.125 with two points on the thickness

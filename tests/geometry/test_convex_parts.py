@@ -82,6 +82,15 @@ def test_parts_do_not_depend_on_how_faces_are_divided_and_numbered():
         assert sorted(mass_properties(parts).volume) == pytest.approx([1.0, 2.0, 2.0])
 
 
+def test_a_warped_solid_far_from_the_origin_is_divided_as_one_near_it():
+    """Map coordinates: the size of a common face is that of its sides, not of its coordinates."""
+    warped = prism(L, 0, 1).vertices + np.array([[3e-5, 0, 0]] + [[0, 0, 0]] * 11)
+    for by in ((0, 0, 0), (5e5, 5e6, 0)):
+        block = lm.Assembly.from_polyhedra([(warped + by, prism(L, 0, 1).faces)], joint=lm.Joint(30.0)).blocks[0]
+        assert len(block.parts) == 2
+        assert block.volume == pytest.approx(3.0, rel=1e-4)
+
+
 def test_what_cannot_be_divided_is_refused_with_advice():
     two = shells(((0, 0, 0), (1, 1, 1)), ((3, 0, 0), (4, 1, 1)))
     outward = Solid(two.vertices, (*two.faces[:6], *(f[::-1] for f in two.faces[6:])))

@@ -52,6 +52,37 @@ def test_an_arch_bears_what_falls_on_it_at_its_place():
     assert not axle_forces(arch, 5.0, 1e4, level=LEVEL).wrench.any()
 
 
+def test_joints_drawn_with_a_gap_cover_their_faces_too():
+    """A joint lies half-way in a gap of some micrometres: faces in it are no extrados, on which an axle would press."""
+    arch = bridge()
+    parts = [(b.centroid + (1.0 - 2e-5) * (b.vertices - b.centroid), b.parts[0].faces) for b in arch.blocks]
+    drawn = lm.Assembly.from_polyhedra(parts, joint=lm.Joint(45.0), fixed=[0, 1])
+    assert len(drawn.interfaces) == len(arch.interfaces)
+    assert [s.block for s in extrados(drawn)] == [s.block for s in extrados(arch)]
+    exact, found = (axle_forces(a, 0.35, 1e4, level=1.2).wrench for a in (arch, drawn))
+    assert found == pytest.approx(exact, rel=1e-3, abs=1.0)
+
+
+def test_arches_side_by_side_share_an_axle_whose_joints_are_not_in_line():
+    wide = [box((k, 1, 0), (k + 1, 3, 1)) for k in range(-4, 4)]
+    narrow = [box((k - 0.5, 0, 0), (k + 0.5, 1, 1)) for k in range(-3, 4)]
+    ground = box((-4, 0, -1), (4, 3, 0))
+    floor = lm.Assembly.from_polyhedra([ground, *wide, *narrow], joint=lm.Joint(30.0), fixed=[0])
+    for x in (0.0, 0.2, 1.7):  # the middle of a narrow block lies over a joint of the wide ones
+        wrench = axle_forces(floor, x, 9e3, level=1.5).wrench
+        assert -wrench[:, 2].sum() == pytest.approx(9e3)
+        assert -wrench[1:9, 2].sum() == pytest.approx(6e3)
+        assert moment(floor, wrench) == pytest.approx(9e3 * x, abs=1e-8)
+
+
+def test_fill_may_end_at_a_crown_that_lies_at_zero_but_for_rounding():
+    top = 0.1 + 0.2 - 0.3  # 5.6e-17
+    floor = lm.Assembly.from_polyhedra(
+        [box((0, 0, -2), (2, 1, -1)), box((0, 0, -1), (2, 1, top))], joint=lm.Joint(30.0), fixed=[0]
+    )
+    assert -axle_forces(floor, 1.0, 1e4, level=0.0).wrench[:, 2].sum() == pytest.approx(1e4)
+
+
 def test_a_narrow_wheel_is_a_point_load():
     arch = bridge()
     dead = lm.Loads.weight(arch)

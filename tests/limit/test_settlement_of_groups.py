@@ -154,6 +154,10 @@ def test_the_field_of_a_group_is_one_rigid_motion_also_for_the_dem():
     assert not held[2].any()
     for i, centre in enumerate(((0.5, 0.5, -0.5), (2.0, 0.5, -0.5))):
         assert travel[i] == pytest.approx([0.002 * 0.5, 0.0, -0.01 - 0.002 * centre[0], 0.0, 0.002, 0.0])
+    # what a roller does not hold stays free, as in limit analysis
+    roller = made.with_supports([lm.Support(1, dofs=("z", "ry"))])
+    _, held = Drive(lm.SupportMotion((0.0, 0.0, -0.01)).displacements(roller, 1)).twists(roller)
+    assert held[1].tolist() == [False, False, True, False, True, False]
     with pytest.raises(InputError, match="moves nothing"):
         lm.SupportMotion()
     with pytest.raises(InputError, match="rotation of a support's motion"):

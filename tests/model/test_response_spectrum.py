@@ -51,6 +51,12 @@ def test_components_have_their_own_spectra_and_a_stiff_oscillator_follows_the_gr
             ground.spectrum(**words)
 
 
+def test_a_record_of_rounded_times_is_as_long_as_in_its_file(tmp_path):
+    path, time = tmp_path / "record.csv", np.arange(4000) / 128.0
+    path.write_text("".join(f"{t:.5f},1.0\n" for t in time))  # steps of 0.00781 and 0.00782 s
+    assert BaseMotion.from_csv(path, after="coast").sample_step == pytest.approx(1.0 / 128.0, rel=1e-6)
+
+
 def test_a_spectrum_and_a_record_are_drawn_and_tabulated():
     ground = pulse(0.2)
     found = ground.spectrum()

@@ -12,6 +12,7 @@ from limitmason.capacity import Steps
 from limitmason.diagnosis import Noise, Study
 from limitmason.diagnosis.simulate import several
 from limitmason.errors import InputError
+from limitmason.geometry import box
 
 J = lm.Joint(33.0)
 W = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=J)
@@ -32,6 +33,12 @@ UNIT = {"unit": (0.4, 0.2, 0.2), "joint": J}
 
 def BUILD(specimen):
     return W, L
+
+
+def faces_with(number):
+    """A cube with one number of a vertex in place of another."""
+    cube = box((0, 0, 0), (1, 1, 1))
+    return lm.Assembly.from_polyhedra([(cube.vertices, [(0, 3, 2, number), *cube.faces[1:]])], joint=J)
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +62,8 @@ WRONG = {
     "mode by name": (lambda _: lm.modes(W).plot("first"), "mode must lie between 1 and 3, got 'first'"),
     "modes of loads": (lambda _: lm.modes(L), "a Loads has no vibration"),
     "count of modes": (lambda _: lm.modes(W, 2.5), "count must lie between"),
+    "half a vertex": (lambda _: faces_with(1.4), "'block-0': expected .* faces must be whole numbers"),
+    "endless vertex": (lambda _: faces_with(np.inf), "'block-0': expected"),
     "length as text, push": (lambda _: dem.push(W, dem.Drive({1: {"x": 1.0}}), to="1mm"), r"to \[m\] must be numbers"),
     "length as text, pushover": (lambda _: lm.pushover(W, L, to="5mm"), "to"),
     "length as text, wall": (lambda _: lm.build.wall(length="2 m", courses=3, **UNIT), "length"),
