@@ -90,6 +90,7 @@ class Study(Statement):
         causes, designs = self._listed(causes), self._made.designs
         if causes not in designs:
             designs[causes] = self.tables.design(causes, self.noise, self.scale, self.columns)
+        self.tables.forget_sums(designs[causes])
         return designs[causes]
 
     def judge(self, causes: Iterable[Cause] | None = None, rule: Rule | None = None) -> Judge:
@@ -98,8 +99,9 @@ class Study(Statement):
         It is kept for each list and rule, with the rehearsal that sets its margins.
         """
         causes, rule, judges = self._listed(causes), instance("rule", rule or Rule(), Rule), self._made.judges
+        design = self.design(causes)
         if (causes, rule) not in judges:
-            design, folds = self.design(causes), folds_of(self.groups, self.n)
+            folds = folds_of(self.groups, self.n)
 
             def known(sd: float) -> Design:
                 """The design with a noise that is known: as stated, or ``sd`` in stated units."""
