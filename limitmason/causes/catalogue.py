@@ -67,9 +67,9 @@ class OfBatch:
     label: Any
 
     def __call__(self, size: float, *model: Any, specimen: Any = None) -> Any:
-        """The model, changed for a specimen of the batch."""
+        """The model, changed for a specimen of the batch: a single object for one, else a tuple."""
         if measurement.entry(specimen, self.covariate, self.cause.name) != self.label:
-            return model
+            return model[0] if len(model) == 1 else model
         return Extension(((self.cause, size),), specimen)(*model)
 
 
