@@ -18,7 +18,7 @@ from limitmason.diagnosis.inference.gain import folds_of
 from limitmason.diagnosis.inference.grid import Tabulation, at_measured
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.next_tests import Confusable, NextTests, confusable
-from limitmason.diagnosis.inference.noise import DRAWS, Draws, Noise
+from limitmason.diagnosis.inference.noise import DRAWS, Draws, Noise, of_residuals
 from limitmason.diagnosis.inference.shared_noise import Shares, estimated_shares
 from limitmason.diagnosis.inference.verdict import Rule, fewest_draws
 from limitmason.diagnosis.observations import linked
@@ -104,8 +104,8 @@ class Study(Statement):
             folds = folds_of(self.groups, self.n)
 
             def known(sd: float) -> Design:
-                """The design with a noise that is known: as stated, or ``sd`` in stated units."""
-                return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
+                """The design with a noise that is known: as stated, else ``sd`` as residuals tell it."""
+                return design if self.noise.kind != "unknown" else design.with_noise(of_residuals(sd))
 
             judges[causes, rule] = Judge(design=design, known=known, folds=folds, rule=rule, unstated=self.unstated)
         return judges[causes, rule]
@@ -380,6 +380,7 @@ class Study(Statement):
                 raise InputError(f"costs must read {{'peak': 3.0}}, a cost for each quantity, got {costs!r}")
             for quantity in costs:
                 choice("a quantity of costs", quantity, (*self.rows.needed, *self.rows.planned))
-        design, pool = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None), list(pool)
+        sd, pool = None if diagnosis is None else diagnosis.noise_sd, list(pool)
+        design = self.known_design(causes) if sd is None else self.design(causes).with_noise(of_residuals(sd))
         there = PoolGrids(self.tables, pool, self.noise, causes, design.scale)
         return suggest(design, there, pool, k, diagnosis, self.about.costs if costs is None else costs)

@@ -149,6 +149,16 @@ def test_values_without_any_error_end_in_a_verdict(noise):
     assert "gain" not in pushed.causes
 
 
+@pytest.mark.parametrize("sd", [0.0, 1.5])
+def test_a_noise_that_is_not_stated_may_be_none_or_a_factor(sd):
+    values = study().baseline() * np.exp(sd * np.random.default_rng(0).standard_normal(12))
+    found = study(values, Noise.unknown()).diagnose(CAUSES, draws=99)
+    assert found.kind == "none"
+    assert found.noise_sd == pytest.approx(sd, abs=0.5)
+    assert "Noise of the measured values: unknown" in found.report(checks=False)  # was refused: no positive share
+    assert len(found.next_tests(specimens(), k=2).indices) == 2
+
+
 def test_two_causes_are_found_together_and_the_additive_table_agrees_with_the_true_pair():
     made = study()
     expected = made.predicted((ROUNDING, BATCH), (0.012, 1.25))
