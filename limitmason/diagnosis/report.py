@@ -352,9 +352,9 @@ def _copies(diagnosis: Findings) -> list[str]:
 
 
 def _why(p: Mapping[str, float], rule: Rule) -> str:
-    """The p values that reject an explanation, in words, or that it was far behind."""
+    """The p values that reject an explanation, in words."""
     limits = {"deficit": rule.deficit, "shape": rule.kept_shape, "scatter": rule.kept_scatter}
-    return words.gate_words({k: v for k, v in p.items() if v < limits[k]}) or "far behind the best"
+    return words.gate_words({k: v for k, v in p.items() if v < limits[k]})
 
 
 def write_record(path: str | Path, diagnosis: Diagnosis) -> Path:

@@ -13,6 +13,7 @@ from limitmason.causes.cause import Cause, check_causes
 from limitmason.checks import choice, count, instance
 from limitmason.diagnosis.cause_tables import ASSUMED_NOISE, PoolGrids
 from limitmason.diagnosis.error_rates import Rehearsal, planted, rehearse
+from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.gain import folds_of
 from limitmason.diagnosis.inference.grid import Tabulation, at_measured
@@ -188,7 +189,13 @@ class Study(Statement):
             study=self, aside={c.name: self.tables.aside[c] for c in asked if c not in causes},
             references=self.about.references, counted=self.rows.counted,
         )
-        return checked_by_group(answer)
+        left = checked_by_group(answer)
+        if left is answer or not rule.identify:
+            return left
+        # one that is left now, of several, is held against every model discrepancy as a single one is
+        judge = judge.carrying(judged.shares)
+        decision = ConfidenceSet(judge.design, chances, rule)
+        return replace(left, verdict=judge.with_identification(decision, left.verdict, y, pairs=False))
 
     def _say_if_far_off(self) -> None:
         """Warn of a quantity, or numbers, far from predicted: a unit, as a rule."""
