@@ -28,7 +28,7 @@ class Runs:
     ----------
     models : called with the parameters that they take, and those tied to them, as keywords
     readings : of every model, what is read of its answer
-    aimed : target and name of every curve, to check units, by model
+    aimed : of every model, name and target of every measured curve, to check units
     names : names of the parameters that are fitted
     ties : formulas of further parameters from these
     executor, workers : as for :func:`limitmason.study.sweep`
@@ -43,9 +43,9 @@ class Runs:
     """
 
     def __init__(
-        self, models: Sequence[Model], readings: Sequence[Sequence[OutputValue]], aimed: Sequence[Mapping[str, Any]],
-        names: Sequence[str], ties: LinkedFormulas, *, executor: Any, workers: int, store: str | Path | None, key: str,
-        progress: Progress | None,
+        self, models: Sequence[Model], readings: Sequence[Sequence[OutputValue]],
+        aimed: Sequence[Sequence[tuple[str, Any]]], names: Sequence[str], ties: LinkedFormulas, *, executor: Any,
+        workers: int, store: str | Path | None, key: str, progress: Progress | None,
     ) -> None:
         """Check that every parameter reaches a model, and open the store of runs.
 
@@ -131,7 +131,7 @@ class Runs:
 
 
 def _one(
-    model: Model, readings: Sequence[OutputValue], aimed: Mapping[str, Any], parameters: Mapping[str, float]
+    model: Model, readings: Sequence[OutputValue], aimed: Sequence[tuple[str, Any]], parameters: Mapping[str, float]
 ) -> dict[str, Any]:
     """Values that one model gives at one point, or NaN and the reason why it refuses.
 
@@ -139,14 +139,14 @@ def _one(
     ----------
     model : called with the parameters
     readings : what is read of its answer
-    aimed : curves that it is held against, by name, to check units
+    aimed : name and target of every curve that it is held against, to check units
     parameters : its arguments, by name
     """
     try:
         outputs = outputs_of(model(**parameters))
     except (NotApplicable, NotConverged) as refused:
         return {"values": [float("nan")] * len(readings), "note": f"{type(refused).__name__}: {refused}"}
-    for name, target in aimed.items():
+    for name, target in aimed:
         check_units(target, outputs.get(name), name)
     return {"values": [r.of(outputs) for r in readings], "note": ""}
 

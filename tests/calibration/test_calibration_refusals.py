@@ -138,6 +138,17 @@ def test_features_of_a_curve_may_come_from_an_iterator():
     assert CurveTarget(CURVE, 0.05, features=iter(("peak",))).features == ("peak",)
 
 
+@pytest.mark.parametrize("order", [("one", "other"), ("other", "one")])
+def test_every_test_of_one_model_has_its_units_checked(order):
+    """Of two tests that one model serves only the last was: 10 mm were taken for 10 m."""
+    in_mm = lm.answers.Curve([0.0, 1.0, 2.0], [0.0, 10.0, 12.0], "mm", "kN")
+    in_m = in_mm.in_units("m", 1e-3, "kN", 1.0)
+    targets = {name: {"curve": CurveTarget(c, 0.05, ("stiffness",))} for name, c in (("one", in_mm), ("other", in_m))}
+    with pytest.raises(lm.errors.InputError, match="measured in mm, kN and is computed in m, kN"):
+        calibrate(lambda k: in_m.in_units("m", 1.0, "kN", k), {name: targets[name] for name in order},
+                  [Parameter("k", 1.0, (0.5, 2.0))], leave_out=None, level=None)
+
+
 def test_two_parameters_of_one_property_of_a_joint_are_refused():
     wall = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0))
     with pytest.raises(lm.errors.InputError, match="'one' and 'all' are both the cohesion of bed joints"):
