@@ -23,7 +23,7 @@ from diagnosis_models import (
 )
 
 from limitmason import causes
-from limitmason.diagnosis import Cause, Diagnosis, Noise, Observation, Study, binomial_interval
+from limitmason.diagnosis import Cause, Diagnosis, Noise, Observation, Rehearsal, Study, binomial_interval
 from limitmason.errors import InputError
 
 
@@ -307,6 +307,11 @@ def test_next_tests_separate_twins_where_the_pool_can():
     tests = diagnosis.next_tests(pool, k=2)
     assert 0.05 in {pool[i]["width"] for i in tests.indices}  # where the rounding weighs most
     assert tests.after > tests.before + 10
+
+
+def test_short_names_leave_the_columns_of_a_rehearsal_in_line():
+    head, row = Rehearsal({"mu": {"named": 2}}, n=2).report().splitlines()[1:]
+    assert head.index("trials") + len("trials") == row.index("2") + 1
 
 
 def test_binomial_interval_clopper_pearson():

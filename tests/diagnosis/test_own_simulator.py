@@ -195,6 +195,13 @@ def test_a_noise_to_plan_with_goes_before_the_one_that_is_stated():
     assert seen_from(planned, 0.01) == pytest.approx(own, rel=0.1)  # tables of another noise have other nodes
 
 
+def test_two_models_of_a_table_are_told_apart(tmp_path):
+    (tmp_path / "t.csv").write_text(
+        "specimen,measured,predicted,p-b,p b\n-,-,-,-,-\n" + "".join(f"{n},1,1,2,3\n" for n in "abcd"))
+    with pytest.raises(InputError, match=r"columns 'p-b' and 'p b' differ by signs alone: rename one"):
+        Study.from_table(tmp_path / "t.csv", towards=("p-b", "p b"), noise=0.05)  # both led to the last one
+
+
 def test_what_a_ready_simulator_takes_is_what_it_passes_on():
     def build(specimen, /, friction=0.6, **more):
         raise AssertionError("nothing is built")
