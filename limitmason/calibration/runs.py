@@ -151,29 +151,29 @@ def _one(
     return {"values": [r.of(outputs) for r in readings], "note": ""}
 
 
+def _signature(model: Model) -> list[inspect.Parameter] | None:
+    """Parameters of a model by name, and a ``**`` where it has one; None where it does not tell."""
+    try:
+        signature = inspect.signature(model).parameters.values()
+    except (TypeError, ValueError):
+        return None
+    return [p for p in signature if p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD, p.VAR_KEYWORD)]
+
+
 def keywords(model: Model) -> tuple[str, ...] | None:
     """Names that a model takes, or None where it takes any."""
     own = getattr(model, "parameters", None)
     if own is not None and not callable(own):
         return tuple(own)
-    try:
-        signature = inspect.signature(model).parameters.values()
-    except (TypeError, ValueError):
-        return None
-    if any(p.kind is p.VAR_KEYWORD for p in signature):
-        return None
-    return tuple(p.name for p in signature if p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD))
+    named = _signature(model)
+    return None if named is None or any(p.kind is p.VAR_KEYWORD for p in named) else tuple(p.name for p in named)
 
 
 def _required(model: Model) -> list[str]:
     """Names that a model must be given, as far as its signature tells."""
     if getattr(model, "parameters", None) is not None:
         return []
-    try:
-        signature = inspect.signature(model).parameters.values()
-    except (TypeError, ValueError):
-        return []
-    return [p.name for p in signature if p.default is p.empty and p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    return [p.name for p in _signature(model) or () if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
 
 
 def taken(model: Model, given: Sequence[str]) -> tuple[str, ...]:

@@ -179,7 +179,7 @@ class Diagnosis(Findings):
         """
         verdict = self.verdict
         rows, by_name, held = [], self.by_name, self.identification
-        shown = [(c.name,) for c in self.listed] + [n for n in self.pairs if len(n) == 2]
+        shown = [(c.name,) for c in self.listed] + list(self.pairs)
         for names in shown:
             tested = verdict.tested[names]
             intervals = [self.estimates[n] for n in names if tested.kept and n in self.estimates]

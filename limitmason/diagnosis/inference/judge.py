@@ -256,7 +256,7 @@ class Judge:
         y : log measured values per row, in units of the noise, shape (n,)
         """
         design = self.design
-        if not design.like.quadratic:
+        if not design.like.known:
             return verdict
         rivals, data = self.rivals(), design.turned(y)[None]
         if not rivals.by_specimen.along:  # no listed cause is felt

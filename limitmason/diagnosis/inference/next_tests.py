@@ -254,9 +254,13 @@ def reached_at(grid: Grid, cause: Listed, side: float, d: np.ndarray, least: flo
 
 
 class Truth(NamedTuple):
-    """An explanation taken as true: predictions of t and m rows, and k inputs.
+    """Predictions of an explanation that is taken as true.
 
-    They are whitened, of the tested rows and those of the pool; inputs are in standard deviations.
+    Parameters
+    ----------
+    tested : of the rows that were measured, in units of their noise, shape (rows,)
+    pool : of the rows of the pool, likewise
+    inputs : measured inputs, in standard deviations from their values, shape (k,)
     """
 
     tested: np.ndarray
