@@ -188,8 +188,8 @@ class Judge:
             if judge is not self:
                 self.design.forget_pairs()  # the design of independent noise has grids of the wrong tables too
             verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
-        for names in verdict.pairs:
-            self.design.grid(names)  # made now: a closed design makes no table
+        for names in self.design.pair_names if verdict.pairs else ():
+            self.design.grid(names)  # made now: a closed design makes no table, and who judges again tries all pairs
         return Judged(verdict, judge.design.closed(), shares)
 
     def judge_with_own_noise(
