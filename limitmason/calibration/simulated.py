@@ -53,7 +53,7 @@ class Simulated:
         idle = [k for k in changed if k not in self.at and not any(taken(m, (k,)) for m in self.models)]
         if idle:
             raise InputError(f"no model takes {idle[0]!r}, the parameter of a cause")
-        outputs = outputs_of(model(**own, **more))
+        outputs = outputs_of(model(**{**own, **more}))  # a cause may stand in for a tied parameter
         return float(self.readings[number][int(specimen["place"])].of(outputs))
 
 
