@@ -138,7 +138,9 @@ def left_out(
         rest, gone = objective.only(kept), objective.only(~kept)
         slopes = information.slopes[kept]  # at the fit to all: the fit to the rest begins with them
         found, _ = descend(rest, _toward_start(rest, best, slopes), min(most, STEPS), slopes)
-        spread = information.of(kept, rest.variance(found)).covariance
+        # as few numbers as parameters are met exactly and tell no scatter: that of all counts then
+        variance = rest.variance(found) if rest.n > len(rest.scale) else objective.variance(best)
+        spread = information.of(kept, variance).covariance
         seen = information.slopes[~kept] * gone.deviation[:, None]
         # deviation of the prediction that the others leave open, by the slopes of the fit to all
         open_ = np.sqrt(np.einsum("ij,jk,ik->i", seen, spread, seen))

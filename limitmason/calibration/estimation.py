@@ -191,13 +191,13 @@ class NumbersToMeet(NamedTuple):
     models : each once, though it may serve several tests
     entries : numbers to be met
     model_of : number of the model of every entry
-    aimed : of every model, the measured curves that it is held against, by name
+    aimed : of every model, name and target of every measured curve that it is held against
     """
 
     models: list[Model]
     entries: tuple[Entry, ...]
     model_of: tuple[int, ...]
-    aimed: list[dict[str, Any]]
+    aimed: list[list[tuple[str, Any]]]
 
 
 def _asked(model: Model | Mapping[str, Model], targets: Mapping[str, Any]) -> NumbersToMeet:
@@ -217,7 +217,7 @@ def _asked(model: Model | Mapping[str, Model], targets: Mapping[str, Any]) -> Nu
     models: list[Model] = []
     entries: list[Entry] = []
     model_of: list[int] = []
-    aimed: list[dict[str, Any]] = []
+    aimed: list[list[tuple[str, Any]]] = []
     for test, asked in tests.items():
         if isinstance(model, Mapping) and test not in model:
             raise InputError(f"test {test!r} has no model; models: {', '.join(model)}")
@@ -227,7 +227,7 @@ def _asked(model: Model | Mapping[str, Model], targets: Mapping[str, Any]) -> Nu
         number = next((k for k, m in enumerate(models) if m is own), len(models))
         if number == len(models):
             models.append(own)
-            aimed.append({})
+            aimed.append([])
         if not asked:
             raise InputError(f"test {test!r} has no targets")
         for name, target in asked.items():
@@ -235,7 +235,7 @@ def _asked(model: Model | Mapping[str, Model], targets: Mapping[str, Any]) -> Nu
             entries += found
             model_of += [number] * len(found)
             if isinstance(target, CurveTarget | Curve):
-                aimed[number][name] = target
+                aimed[number].append((name, target))
     if isinstance(model, Mapping) and (idle := [n for n in model if n not in tests]):
         raise InputError(f"model {idle[0]!r} has no targets: leave it out")
     return NumbersToMeet(models, tuple(entries), tuple(model_of), aimed)

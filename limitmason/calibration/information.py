@@ -67,7 +67,7 @@ class Information(ReadOnly):
     def _parts(self, slopes: Array | None = None) -> tuple[Array, Array]:
         """Principal moves of the parameters, and how well the data hold each of them.
 
-        A move has one component per parameter, counted in that parameter's resolution. Principal moves are  the right
+        A move has one component per parameter, counted in that parameter's resolution. Principal moves are the right
         singular vectors of the slopes per resolution, U S V^T. A move of one unit changes the residuals by its singular
         value s, so that its deviation is sqrt(variance) / s.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -88,7 +88,7 @@ class Fit(ReadOnly):
     ends: Array | None
     left_out: LeftOut | None
     groups: tuple[str, ...]
-    warnings: tuple[str, ...] = field(default=())
+    warnings: tuple[str, ...] = ()
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -244,6 +244,8 @@ class Fit(ReadOnly):
         names = list(found[0])
         if not names:
             raise InputError("the other model gives neither numbers nor curves")
+        if lost := [n for f in found.values() for n in names if n not in f]:
+            raise InputError(f"the other model gives {lost[0]!r} at the fit, and not one deviation of a parameter away")
         values = np.array([[found[number][n] for n in names] for number in range(len(points))])
         ratio = np.asarray((values > 0.0).all(axis=0))
         scaled = np.where(ratio, np.log(np.where(ratio, values, 1.0)), values)
@@ -318,17 +320,16 @@ class Fit(ReadOnly):
                 raise InputError(f"the data do not see {name!r}: leave it out of refit")
             nuisance[name] = Measured(self.parameters[name], WIDE * strained * sd, own.bounds)
         simulate = Simulated(
-            models=tuple(p.runs.models), readings=tuple(p.runs.readings), at=self.parameters, ties=p.runs.ties,
-            given=tuple((*p.scale.names, *p.runs.ties.formulas)),
+            models=p.runs.models, readings=p.runs.readings, at=self.parameters, ties=p.runs.ties,
+            given=(*p.scale.names, *p.runs.ties.formulas),
         )
-        entries = [p.entries[k] for k in kept]
         specimens = [
-            {"test": e.test, "quantity": e.label, "model": p.model_of[k], "place": p.place_of[k]}
-            for e, k in zip(entries, kept, strict=True)
+            {"test": p.entries[k].test, "quantity": p.entries[k].label, "model": p.model_of[k], "place": p.place_of[k]}
+            for k in kept
         ]
         noise = Noise(tuple(float(s) for s in p.deviation[kept])) if p.known else Noise.unknown()
         study = Study(
-            specimens=specimens, simulate=simulate, measured=[e.measured for e in entries], noise=noise,
+            specimens=specimens, simulate=simulate, measured=[p.entries[k].measured for k in kept], noise=noise,
             nuisance=nuisance, covariates=("test", "quantity"), levels=LEVELS, causes=check_causes(causes), cache=cache,
             n_jobs=p.runs.workers,
         )
@@ -343,11 +344,10 @@ class Fit(ReadOnly):
         n, p = self.objective.n, len(self.objective.scale)
         lines.append(f"misfit {self.misfit:.3g} of {n} numbers with {p} parameters")
         table = [["parameter", "unit", "value", f"{self.level:.0%} interval", "deviation", "identified"]]
-        interval = self.interval if self.ends is not None else {}
         for k, own in enumerate(self.objective.scale.parameters):
             ends = "-"
             if self.ends is not None:
-                low, high = interval[own.name]
+                low, high = self.interval[own.name]
                 open_low, open_high = np.isinf(self.ends[k])
                 ends = f"{'bound ' if open_low else ''}{low:.4g} to {'bound ' if open_high else ''}{high:.4g}"
             sd = self.deviation[own.name]

@@ -28,7 +28,7 @@ class Runs:
     ----------
     models : called with the parameters that they take, and those tied to them, as keywords
     readings : of every model, what is read of its answer
-    aimed : target and name of every curve, to check units, by model
+    aimed : of every model, name and target of every measured curve, to check units
     names : names of the parameters that are fitted
     ties : formulas of further parameters from these
     executor, workers : as for :func:`limitmason.study.sweep`
@@ -43,9 +43,9 @@ class Runs:
     """
 
     def __init__(
-        self, models: Sequence[Model], readings: Sequence[Sequence[OutputValue]], aimed: Sequence[Mapping[str, Any]],
-        names: Sequence[str], ties: LinkedFormulas, *, executor: Any, workers: int, store: str | Path | None, key: str,
-        progress: Progress | None,
+        self, models: Sequence[Model], readings: Sequence[Sequence[OutputValue]],
+        aimed: Sequence[Sequence[tuple[str, Any]]], names: Sequence[str], ties: LinkedFormulas, *, executor: Any,
+        workers: int, store: str | Path | None, key: str, progress: Progress | None,
     ) -> None:
         """Check that every parameter reaches a model, and open the store of runs.
 
@@ -131,7 +131,7 @@ class Runs:
 
 
 def _one(
-    model: Model, readings: Sequence[OutputValue], aimed: Mapping[str, Any], parameters: Mapping[str, float]
+    model: Model, readings: Sequence[OutputValue], aimed: Sequence[tuple[str, Any]], parameters: Mapping[str, float]
 ) -> dict[str, Any]:
     """Values that one model gives at one point, or NaN and the reason why it refuses.
 
@@ -139,16 +139,25 @@ def _one(
     ----------
     model : called with the parameters
     readings : what is read of its answer
-    aimed : curves that it is held against, by name, to check units
+    aimed : name and target of every curve that it is held against, to check units
     parameters : its arguments, by name
     """
     try:
         outputs = outputs_of(model(**parameters))
     except (NotApplicable, NotConverged) as refused:
         return {"values": [float("nan")] * len(readings), "note": f"{type(refused).__name__}: {refused}"}
-    for name, target in aimed.items():
+    for name, target in aimed:
         check_units(target, outputs.get(name), name)
     return {"values": [r.of(outputs) for r in readings], "note": ""}
+
+
+def _signature(model: Model) -> list[inspect.Parameter] | None:
+    """Parameters of a model by name, and a ``**`` where it has one; None where it does not tell."""
+    try:
+        signature = inspect.signature(model).parameters.values()
+    except (TypeError, ValueError):
+        return None
+    return [p for p in signature if p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD, p.VAR_KEYWORD)]
 
 
 def keywords(model: Model) -> tuple[str, ...] | None:
@@ -156,24 +165,15 @@ def keywords(model: Model) -> tuple[str, ...] | None:
     own = getattr(model, "parameters", None)
     if own is not None and not callable(own):
         return tuple(own)
-    try:
-        signature = inspect.signature(model).parameters.values()
-    except (TypeError, ValueError):
-        return None
-    if any(p.kind is p.VAR_KEYWORD for p in signature):
-        return None
-    return tuple(p.name for p in signature if p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD))
+    named = _signature(model)
+    return None if named is None or any(p.kind is p.VAR_KEYWORD for p in named) else tuple(p.name for p in named)
 
 
 def _required(model: Model) -> list[str]:
     """Names that a model must be given, as far as its signature tells."""
     if getattr(model, "parameters", None) is not None:
         return []
-    try:
-        signature = inspect.signature(model).parameters.values()
-    except (TypeError, ValueError):
-        return []
-    return [p.name for p in signature if p.default is p.empty and p.kind in (p.KEYWORD_ONLY, p.POSITIONAL_OR_KEYWORD)]
+    return [p.name for p in _signature(model) or () if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
 
 
 def taken(model: Model, given: Sequence[str]) -> tuple[str, ...]:

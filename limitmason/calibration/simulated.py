@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -11,29 +12,29 @@ from limitmason.answers.curve import Curve
 from limitmason.calibration.runs import Model, taken
 from limitmason.calibration.targets import outputs_of
 from limitmason.errors import InputError
+from limitmason.study.linked_formulas import LinkedFormulas
 
 
+@dataclass(frozen=True, eq=False)
 class Simulated:
     """The fitted models as the simulator of a diagnosis.
 
     A cause or a refitted parameter comes as a keyword.
+
+    Parameters
+    ----------
+    models : of the fit
+    readings : what is read of every model
+    at : parameters at the fit by name
+    ties : formulas of tied parameters
+    given : names that models may take
     """
 
-    def __init__(
-        self, models: tuple[Model, ...], readings: tuple[Any, ...], at: Mapping[str, float], ties: Any,
-        given: tuple[str, ...],
-    ) -> None:
-        """Keep the models, what is read of each, and the parameters at the fit.
-
-        Parameters
-        ----------
-        models : of the fit
-        readings : what is read of every model
-        at : parameters at the fit by name
-        ties : formulas of tied parameters
-        given : names that models may take
-        """
-        self.models, self.readings, self.at, self.ties, self.given = models, readings, at, ties, given
+    models: tuple[Model, ...]
+    readings: tuple[Any, ...]
+    at: Mapping[str, float]
+    ties: LinkedFormulas
+    given: tuple[str, ...]
 
     def __call__(self, specimen: Mapping[str, Any], **changed: float) -> float:
         """Prediction of one target by its model, at the fit but for what is changed.
@@ -44,7 +45,7 @@ class Simulated:
         changed : parameters, or sizes of causes, by name
         """
         number = int(specimen["model"])
-        model: Callable[..., Any] = self.models[number]
+        model = self.models[number]
         values = self.ties({**self.at, **{k: v for k, v in changed.items() if k in self.at}})
         own = {n: float(values[n]) for n in taken(model, self.given)}
         more = {k: v for k, v in changed.items() if k not in self.at and k in taken(model, (k,))}
@@ -52,7 +53,7 @@ class Simulated:
         idle = [k for k in changed if k not in self.at and not any(taken(m, (k,)) for m in self.models)]
         if idle:
             raise InputError(f"no model takes {idle[0]!r}, the parameter of a cause")
-        outputs = outputs_of(model(**own, **more))
+        outputs = outputs_of(model(**{**own, **more}))  # a cause may stand in for a tied parameter
         return float(self.readings[number][int(specimen["place"])].of(outputs))
 
 

@@ -23,6 +23,7 @@ TOPICS = (joints, faces, shape, loads, measurement)
 
 DELIVERED = ("batch", "delivery")  # circumstances that may change the units, not only the reading
 FELT_BY_MODES = ("stiffness", "faces", "blocks", "weights")  # levers of natural frequencies and shapes
+VIBRATION = ("vibration", "frequency", "mode")  # how readings of these begin, by kind or by quantity
 
 ALL: Mapping[str, Declared] = MappingProxyType(
     {d.name: d for topic in TOPICS for d in vars(topic).values() if isinstance(d, Declared)}
@@ -44,12 +45,17 @@ def acts_on(cause: Cause, method: str, *, plane: bool = True) -> bool:
     InputError
         For an unknown method.
     """
-    if method == MODES:
-        return cause.lever in FELT_BY_MODES or (cause.acts_on == "measurement" and not cause.reads)
-    chosen = get_method(method)
-    if cause.acts_on == "measurement":  # displacements are those of a method whose joints give way
-        return not cause.reads or bool(set(cause.reads) - set(measurement.SENSOR)) or chosen.feels("stiffness")
-    return not cause.lever or chosen.feels(cause.lever, plane=plane)
+    chosen = None if method == MODES else get_method(method)
+    if cause.acts_on == "measurement" and cause.reads:
+        of_modes = {r for r in cause.reads if r.startswith(VIBRATION)}
+        if chosen is None:
+            return bool(of_modes)
+        rest = set(cause.reads) - of_modes
+        # displacements are those of a method whose joints give way
+        return bool(rest - set(measurement.SENSOR)) or (bool(rest) and chosen.feels("stiffness"))
+    if cause.acts_on == "measurement" or not cause.lever:
+        return True
+    return cause.lever in FELT_BY_MODES if chosen is None else chosen.feels(cause.lever, plane=plane)
 
 
 @dataclass(frozen=True)
@@ -67,9 +73,9 @@ class OfBatch:
     label: Any
 
     def __call__(self, size: float, *model: Any, specimen: Any = None) -> Any:
-        """The model, changed for a specimen of the batch."""
+        """The model, changed for a specimen of the batch: a single object for one, else a tuple."""
         if measurement.entry(specimen, self.covariate, self.cause.name) != self.label:
-            return model
+            return model[0] if len(model) == 1 else model
         return Extension(((self.cause, size),), specimen)(*model)
 
 

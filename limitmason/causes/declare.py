@@ -47,7 +47,7 @@ class Edit:
         At the size of the baseline it is as it was.
         """
         if size == self.declared.baseline:
-            return model[0] if self.declared.lever == "reading" else model
+            return model[0] if len(model) == 1 or self.declared.lever == "reading" else model
         return self.declared.function(size, *model, **dict(self.options), **read)
 
 

@@ -71,9 +71,9 @@ class Answers:
         # a simulation without a range of errors is judged by its value
         low, high = (end if math.isfinite(end) else row.multiplier for end in (row.low, row.high))
         # beyond one end it lies outside, wherever the other one is; inside takes both
-        if self.upper and low > self.upper.multiplier * (1.0 + _SAME):
-            return f"above by {low / self.upper.multiplier - 1.0:.2%}"
-        if self.lower and high < (floor := _floor(self.lower)) * (1.0 - _SAME):
+        if self.upper and low > (top := self.upper.multiplier) * (1.0 + _SAME) + _ZERO:
+            return f"above by {low / top - 1.0:.2%}" if top > 0.0 else f"above by {low - top:.3g}"
+        if self.lower and high < (floor := _floor(self.lower)) * (1.0 - _SAME) - _ZERO:
             return f"below by {1.0 - high / floor:.2%}"
         return INSIDE if self.upper and self.lower else ""
 

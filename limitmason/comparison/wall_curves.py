@@ -98,9 +98,9 @@ class WallCurve:
 
         F where bed joints that slip and vertical planes that move apart have less than half of the motion of the top.
         Else the largest of them names it, as in :func:`limitmason.comparison.wall_modes.mode_of_shares`. A wall without
-        a curve has none, "".
+        a curve, or whose curve ends where the elastic motion is read, has none, "".
         """
-        if not self.force:
+        if not self.force or self.just_after == self.elastic:
             return ""
         slips, slid, apart, past = self.inelastic(self.just_after)
         return "F" if slips + apart < INNER else mode_of_shares(slid, apart, past)
@@ -113,17 +113,22 @@ class WallCurve:
         below = np.flatnonzero(force[top:] <= FALLEN * force[top])
         return top + int(below[0]) if len(below) else len(force) - 1
 
+    @property
+    def elastic(self) -> int:
+        """First sample with a tenth of the largest force, at which the elastic motion is read."""
+        force = np.array(self.force)
+        return int(np.argmax(force >= ELASTIC * force.max()))
+
     def inelastic(self, sample: int) -> list[float]:
         """Inelastic slips, slid, apart and past at a sample over motion of the top [-].
 
-        Elastic is what goes with the force, at the ratio of the first sample that has a tenth of the largest.
+        Elastic is what goes with the force, at the ratio of the sample :attr:`elastic`.
 
         Parameters
         ----------
         sample : its number
         """
-        force, top = np.array(self.force), np.array(self.drift)
-        first = int(np.argmax(force >= ELASTIC * force.max()))
+        force, top, first = np.array(self.force), np.array(self.drift), self.elastic
 
         def since(motion: np.ndarray) -> float:
             """A motion at the sample, less that which the elastic wall would have under the force of the sample."""

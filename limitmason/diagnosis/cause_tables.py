@@ -51,8 +51,8 @@ class CauseTables:
         self.aside: dict[Cause, str] = {}
         self._base: Tabulation | None = None
         self._singles: dict[Cause, Tabulation] = {}
-        self._true: dict[frozenset[Cause], Tabulation] = {}
-        self._true_pairs: set[frozenset[Cause]] = set()
+        self._true: dict[tuple[Cause, Cause], Tabulation] = {}  # by both causes in the order of the axes
+        self._true_pairs: set[frozenset[Cause]] = set()  # whose sum of single effects is wrong
 
     def base(self) -> Tabulation:
         """Table of the baseline."""
@@ -112,13 +112,16 @@ class CauseTables:
         return left
 
     def pair(self, first: Cause, second: Cause) -> Tabulation:
-        """Table of two causes, by the simulator or own effects, by ``pair_tables``."""
-        key, alone = frozenset((first, second)), (self.single(first), self.single(second), self.base())
-        if self.pair_tables != "exact" and key not in self._true_pairs:
+        """Table of two causes, by the simulator or own effects, by ``pair_tables``.
+
+        Its first axis is that of ``first``.
+        """
+        alone = self.single(first), self.single(second), self.base()
+        if self.pair_tables != "exact" and frozenset((first, second)) not in self._true_pairs:
             return self.tabulator.pair(*alone, exact=False)  # a sum, which a thousand numbers make too large to keep
-        if key not in self._true:
-            self._true[key] = self.tabulator.pair(*alone, exact=True)
-        return self._true[key]
+        if (first, second) not in self._true:
+            self._true[first, second] = self.tabulator.pair(*alone, exact=True)
+        return self._true[first, second]
 
     def design(self, causes: tuple[Cause, ...], noise: Noise, scale: np.ndarray, columns: Mapping) -> Design:
         """All that the rule needs of a list of causes under a statement of the noise.
@@ -179,6 +182,13 @@ class CauseTables:
                 design.forget_pair(names)
                 replaced = True
         return replaced
+
+    def forget_sums(self, design: Design) -> None:
+        """Drop grids of a design that were made before another list showed their sums of effects to be wrong."""
+        for pair in self._true_pairs:
+            first, second = (c.name for c in pair)
+            design.forget_pair((first, second))
+            design.forget_pair((second, first))
 
     def on(self, specimens: Sequence[Any], placing: np.ndarray) -> "CauseTables":
         """Tables of other specimens by the same simulator, which knows what it computed.

@@ -122,13 +122,13 @@ def points(
     for specimen, curve in measured.items() if predicted is not None else ():
         x, y, scatter = read(curve, count)
         other = None if predicted is None else predicted.get(specimen)
+        mine, theirs = ("" if c is None else f"{c.displacement_unit}, {c.load_unit}" for c in (curve, other))
+        if other is not None and mine != theirs:
+            raise InputError(f"the curve of specimen {specimen!r} is measured in {mine} and predicted in {theirs}: "
+                             "use curve.in_units")
         if other is None or not (other.at(x) > 0.0).all():
             raise InputError(f"the predicted curve of specimen {specimen!r} is missing, ends before the measured, or "
                              "falls to zero")
-        mine, theirs = (f"{c.displacement_unit}, {c.load_unit}" for c in (curve, other))
-        if mine != theirs:
-            raise InputError(f"the curve of specimen {specimen!r} is measured in {mine} and predicted in {theirs}: "
-                             "use curve.in_units")
         deviations.append(np.log(y / other.at(x)) / scatter)
     effective = effective_points(np.array(deviations)) if len(deviations) >= FEWEST else 1.0
     return [

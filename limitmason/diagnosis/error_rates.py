@@ -97,7 +97,7 @@ class Rehearsal(Displayed):
 
     def report(self) -> str:
         """The table as text."""
-        width = max(map(len, self.counts))
+        width = max(map(len, ("hidden", *self.counts)))
         shown = [o for o in OUTCOMES if any(row.get(o) for row in self.counts.values())]
         off = ", each hidden cause taken off the list" if self.missing else ""
         lines = [

@@ -101,7 +101,8 @@ class Observation:
         except (TypeError, ValueError):
             raise InputError(f"{self._called} is {self.value!r}; a number is needed, NaN where it is missing") from None
         if np.isinf(self.value) or (self.link == "log" and self.value <= 0.0):
-            raise InputError(f"{self._called} is {self.value!r}; a logarithmic scale takes positive finite values")
+            needed = "a logarithmic scale takes positive finite values" if self.link == "log" else "it must be finite"
+            raise InputError(f"{self._called} is {self.value!r}; {needed}")
         if self.scatter is not None:
             positive(f"{self._called}: the scatter", self.scatter)
         if self.scatter is not None and self.link == "log" and self.scatter >= 1.0:

@@ -65,7 +65,7 @@ def outliers(diagnosis: Findings) -> Outliers | None:
     chosen = [name for name, is_out in zip(each, out, strict=True) if is_out]
     worst = [int(np.argmax(np.where(each[name], np.abs(residuals), -1.0))) for name in chosen]
     first = [int(np.argmax(each[name])) for name in each]  # a covariate is the same in all rows of a specimen
-    plain = {k: [v[i] for i in first] for k, v in columns.items() if " in " not in k}
+    plain = {k: [v[i] for i in first] for k, v in columns.items() if diagnosis.design.recorded_as(k) == k}
     values = tuple((diagnosis.specimens[i], float(residuals[i])) for i in worst)
     return Outliers(tuple(chosen), values, _shared(plain, out), carries)
 

@@ -179,7 +179,7 @@ class Diagnosis(Findings):
         """
         verdict = self.verdict
         rows, by_name, held = [], self.by_name, self.identification
-        shown = [(c.name,) for c in self.listed] + [n for n in self.pairs if len(n) == 2]
+        shown = [(c.name,) for c in self.listed] + list(self.pairs)
         for names in shown:
             tested = verdict.tested[names]
             intervals = [self.estimates[n] for n in names if tested.kept and n in self.estimates]
@@ -352,9 +352,9 @@ def _copies(diagnosis: Findings) -> list[str]:
 
 
 def _why(p: Mapping[str, float], rule: Rule) -> str:
-    """The p values that reject an explanation, in words, or that it was far behind."""
+    """The p values that reject an explanation, in words."""
     limits = {"deficit": rule.deficit, "shape": rule.kept_shape, "scatter": rule.kept_scatter}
-    return words.gate_words({k: v for k, v in p.items() if v < limits[k]}) or "far behind the best"
+    return words.gate_words({k: v for k, v in p.items() if v < limits[k]})
 
 
 def write_record(path: str | Path, diagnosis: Diagnosis) -> Path:

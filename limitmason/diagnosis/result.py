@@ -18,7 +18,7 @@ from limitmason.diagnosis.inference.evidence_by_kind import Evidence, by_kind, p
 from limitmason.diagnosis.inference.fit import BestFit
 from limitmason.diagnosis.inference.gain import Gain, measure_gain
 from limitmason.diagnosis.inference.next_tests import Confusable, confusable, detectable
-from limitmason.diagnosis.inference.noise import Draws, Measured, Noise
+from limitmason.diagnosis.inference.noise import Draws, Measured, Noise, of_residuals
 from limitmason.diagnosis.inference.shared_noise import Shares, seen_if_shared
 from limitmason.diagnosis.inference.verdict import Identification, Rule, Verdict, VerdictKind
 from limitmason.diagnosis.inference.verdict_sensitivity import Checks, judge_again
@@ -193,10 +193,8 @@ class Findings(Displayed, Citable, ReadOnly):
         """
         if self.noise.kind != "unknown":
             return None
-        best = self.best
-        # degrees of freedom: each kept cause takes one
-        free = max(self.n - len(self.kept[0]) if self.kept else self.n, 1)
-        return float(np.sqrt(best.loss[0] / free))
+        spent = len(self.kept[0]) if self.kept else 0  # degrees of freedom: each kept cause takes one
+        return float(np.sqrt(self.judged.like.variance(self.best.loss[0], self.n, spent=spent)))
 
     @property
     def best(self) -> BestFit:
@@ -250,7 +248,7 @@ class Findings(Displayed, Citable, ReadOnly):
     def known(self) -> Design:
         """The design with a known noise, stated, or estimated by the best explanation."""
         sd = self.noise_sd
-        return self.design if sd is None else self.design.with_noise(Noise(sd))
+        return self.design if sd is None else self.design.with_noise(of_residuals(sd))
 
     @cached_property
     def detectable(self) -> dict[str, tuple[float | None, ...]]:

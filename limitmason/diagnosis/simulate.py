@@ -1,7 +1,7 @@
 """Ready simulators for a study: collapse multipliers, extended by causes."""
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import Any
@@ -73,14 +73,7 @@ class Collapse:
     @property
     def __signature__(self) -> inspect.Signature:
         """What it takes: specimen, ``extend``, parameters of ``build``, method's options."""
-        kind = inspect.Parameter
-        names, any_name = _keywords(self.build, first=1)
-        names += [n for n in self._method.takes if n not in (*names, *self.options)]
-        out = [kind("specimen", kind.POSITIONAL_OR_KEYWORD), kind("extend", kind.KEYWORD_ONLY, default=None)]
-        out += [kind(n, kind.KEYWORD_ONLY, default=None) for n in names if n not in ("specimen", "extend")]
-        if any_name:
-            out.append(kind("parameters", kind.VAR_KEYWORD))
-        return inspect.Signature(out)
+        return _signature(self.build, [n for n in self._method.takes if n not in self.options])
 
     def model(
         self, specimen: Any, *, extend: Callable | None = None, **parameters: Any
@@ -98,7 +91,7 @@ class Collapse:
         TypeError
             For a parameter that neither ``build`` nor the method takes.
         """
-        takes, any_name = _keywords(self.build, first=1)
+        takes, any_name = _keywords(self.build)
         method_takes = self._method.takes
         # a diagnosis asks thousands of times: nothing that costs more than the answer
         to_build, options = {}, self._method.one_of_many(self.options)
@@ -209,7 +202,7 @@ class Several:
     @property
     def __signature__(self) -> inspect.Signature:
         """What it takes: the specimen, ``extend`` and the parameters of ``build``."""
-        return Collapse(self.build).__signature__
+        return _signature(self.build)
 
     def __call__(self, specimen: Any, *, extend: Callable | None = None, **parameters: Any) -> Answer:
         """Answers of all quantities for one specimen, all of the same extended model.
@@ -274,9 +267,20 @@ def packaged(source: str, method: str = "limit", *, floor: float = FLOOR, **opti
     )
 
 
-def _keywords(function: Callable, first: int) -> tuple[list[str], bool]:
-    """Names of parameters from number ``first`` on, and whether there is a ``**``."""
-    parameters = list(inspect.signature(function).parameters.values())
+def _keywords(build: Build) -> tuple[list[str], bool]:
+    """Names of the parameters behind the specimen, and whether there is a ``**``."""
+    parameters = list(inspect.signature(build).parameters.values())
     any_name = any(p.kind is p.VAR_KEYWORD for p in parameters)
-    named = [p for p in parameters if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)]
-    return [p.name for p in named[first:]], any_name
+    return [p.name for p in parameters[1:] if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)], any_name
+
+
+def _signature(build: Build, more: Sequence[str] = ()) -> inspect.Signature:
+    """Specimen, ``extend``, the parameters of ``build``, and ``more`` names that a simulator takes."""
+    kind = inspect.Parameter
+    names, any_name = _keywords(build)
+    out = [kind("specimen", kind.POSITIONAL_OR_KEYWORD), kind("extend", kind.KEYWORD_ONLY, default=None)]
+    keywords = [n for n in dict.fromkeys((*names, *more)) if n not in ("specimen", "extend")]
+    out += [kind(n, kind.KEYWORD_ONLY, default=None) for n in keywords]
+    if any_name:
+        out.append(kind("parameters", kind.VAR_KEYWORD))
+    return inspect.Signature(out)

@@ -112,7 +112,7 @@ class Simulator:
         # of the function as it is now: calls may change what it holds
         known = fingerprint_of_code if version else fingerprint
         self._of = "" if cache is None else known(simulate, version)
-        self._names: dict[str | int, str] = {}  # of specimens and causes in the file
+        self._names: dict[str | Cause, str] = {}  # of specimens and causes in the file
 
     def check_parameters(self, names: Iterable[str], of: str) -> None:
         """Refuse parameters that ``simulate`` does not take.
@@ -155,10 +155,9 @@ class Simulator:
         if self._memo is not None:
             for key in [k for k in missing if self._text(missing[k]) in self._memo]:
                 kept = self._memo[self._text(missing[key])]
-                if isinstance(kept, dict) and not self._asked(missing[key].specimen) <= set(kept):
-                    continue  # of a study that needed fewer quantities
-                self._known[key] = kept
-                missing.pop(key)
+                if self._suffices(kept, self._asked(missing[key].specimen)):
+                    self._known[key] = kept
+                    missing.pop(key)
         if missing:
             with task("simulations", shown=self.progress is None):
                 self._run(missing)
@@ -179,6 +178,13 @@ class Simulator:
 
     def _asked(self, specimen: int) -> frozenset[str]:
         return frozenset(self.needed) if self.asked is None else self.asked[specimen]
+
+    def _suffices(self, kept: Prediction, asked: frozenset[str]) -> bool:
+        """Whether an answer that another study has kept holds the quantities ``asked``, on the scale of this one."""
+        if isinstance(kept, Mapping):
+            return asked <= set(kept)
+        must_be_positive, *others = self.needed.values()
+        return not others and (kept > 0.0 or not must_be_positive)
 
     def _read(self, job: Job, known: Prediction) -> list[float]:
         """The quantities needed, in order, NaN for those not asked of this specimen.
@@ -239,7 +245,8 @@ class Simulator:
         )
         out._of = self._of
         # a specimen known by its place alone is another one in another list
-        out._known = {key: value for key, value in self._known.items() if not key[0].startswith(NUMBERED)}
+        out._known = {key: value for key, value in self._known.items()
+                      if not key[0].startswith(NUMBERED) and out._suffices(value, frozenset(needed))}
         return out
 
     def _who(self, job: Job) -> str:
@@ -267,11 +274,11 @@ class Simulator:
         """Key in the file: function, specimen, parameters and causes."""
         who = self._who(job)
         specimen = self._named(who, lambda: self.specimens[job.specimen] if who.startswith(NUMBERED) else who)
-        steps = [(c.name, c.parameter, self._named(id(c), partial(getattr, c, "apply")), size) for c, size in job.steps]
+        steps = [(c.name, c.parameter, self._named(c, partial(getattr, c, "apply")), size) for c, size in job.steps]
         return fingerprint(self._of, specimen, job.parameters, steps)[:32]
 
-    def _named(self, what: str | int, thing: Callable[[], Any]) -> str:
-        """Fingerprint of a specimen or a cause, made once."""
+    def _named(self, what: str | Cause, thing: Callable[[], Any]) -> str:
+        """Fingerprint of a specimen or a cause, made once: of ``thing()``, which ``what`` tells from others."""
         if what not in self._names:
             self._names[what] = fingerprint(thing())
         return self._names[what]

@@ -13,12 +13,13 @@ from limitmason.causes.cause import Cause, check_causes
 from limitmason.checks import choice, count, instance
 from limitmason.diagnosis.cause_tables import ASSUMED_NOISE, PoolGrids
 from limitmason.diagnosis.error_rates import Rehearsal, planted, rehearse
+from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design
 from limitmason.diagnosis.inference.gain import folds_of
 from limitmason.diagnosis.inference.grid import Tabulation, at_measured
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.next_tests import Confusable, NextTests, confusable
-from limitmason.diagnosis.inference.noise import DRAWS, Draws, Noise
+from limitmason.diagnosis.inference.noise import DRAWS, Draws, Noise, of_residuals
 from limitmason.diagnosis.inference.shared_noise import Shares, estimated_shares
 from limitmason.diagnosis.inference.verdict import Rule, fewest_draws
 from limitmason.diagnosis.observations import linked
@@ -90,6 +91,7 @@ class Study(Statement):
         causes, designs = self._listed(causes), self._made.designs
         if causes not in designs:
             designs[causes] = self.tables.design(causes, self.noise, self.scale, self.columns)
+        self.tables.forget_sums(designs[causes])
         return designs[causes]
 
     def judge(self, causes: Iterable[Cause] | None = None, rule: Rule | None = None) -> Judge:
@@ -98,12 +100,13 @@ class Study(Statement):
         It is kept for each list and rule, with the rehearsal that sets its margins.
         """
         causes, rule, judges = self._listed(causes), instance("rule", rule or Rule(), Rule), self._made.judges
+        design = self.design(causes)
         if (causes, rule) not in judges:
-            design, folds = self.design(causes), folds_of(self.groups, self.n)
+            folds = folds_of(self.groups, self.n)
 
             def known(sd: float) -> Design:
-                """The design with a noise that is known: as stated, or ``sd`` in stated units."""
-                return design if self.noise.kind != "unknown" else self.known_design(causes, sd)
+                """The design with a noise that is known: as stated, else ``sd`` as residuals tell it."""
+                return design if self.noise.kind != "unknown" else design.with_noise(of_residuals(sd))
 
             judges[causes, rule] = Judge(design=design, known=known, folds=folds, rule=rule, unstated=self.unstated)
         return judges[causes, rule]
@@ -186,7 +189,13 @@ class Study(Statement):
             study=self, aside={c.name: self.tables.aside[c] for c in asked if c not in causes},
             references=self.about.references, counted=self.rows.counted,
         )
-        return checked_by_group(answer)
+        left = checked_by_group(answer)
+        if left is answer or not rule.identify:
+            return left
+        # one that is left now, of several, is held against every model discrepancy as a single one is
+        judge = judge.carrying(judged.shares)
+        decision = ConfidenceSet(judge.design, chances, rule)
+        return replace(left, verdict=judge.with_identification(decision, left.verdict, y, pairs=False))
 
     def _say_if_far_off(self) -> None:
         """Warn of a quantity, or numbers, far from predicted: a unit, as a rule."""
@@ -378,6 +387,7 @@ class Study(Statement):
                 raise InputError(f"costs must read {{'peak': 3.0}}, a cost for each quantity, got {costs!r}")
             for quantity in costs:
                 choice("a quantity of costs", quantity, (*self.rows.needed, *self.rows.planned))
-        design, pool = self.known_design(causes, diagnosis.noise_sd if diagnosis is not None else None), list(pool)
+        sd, pool = None if diagnosis is None else diagnosis.noise_sd, list(pool)
+        design = self.known_design(causes) if sd is None else self.design(causes).with_noise(of_residuals(sd))
         there = PoolGrids(self.tables, pool, self.noise, causes, design.scale)
         return suggest(design, there, pool, k, diagnosis, self.about.costs if costs is None else costs)

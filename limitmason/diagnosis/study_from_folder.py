@@ -214,6 +214,8 @@ def _of_sensors(
     out = []
     tested = {str(row["specimen"]): row for row in measured.rows}
     for name, rows in _by_specimen(table, [str(s["specimen"]) for s in specimens]).items():
+        if name not in tested:
+            raise InputError(f"{table.name}: {measured.name} has no row for specimen {name!r}, with its frequencies")
         sensors = [((float(r["x"]), float(r["y"]), float(r["z"])), str(r["direction"])) for r in rows]
         frequency = [tested[name][c.replace("mode", "frequency")] for c in shapes]
         test = ModalTest(sensors, np.array(frequency, dtype=float), np.array([[r[c] for r in rows] for c in shapes]))

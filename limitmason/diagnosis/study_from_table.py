@@ -33,7 +33,7 @@ from limitmason.experiments.series import (
 from limitmason.methods import get_method
 from limitmason.storage.measured_table import MeasuredTable, read_measured
 
-ROLES = ("specimen", "direction", "group", "noise", "predicted")
+ROLES = ("specimen", "group", "noise", "predicted")  # columns that are no covariates
 BATCHES = ("batch", "sensor", "operator", "laboratory")
 OFF_RIG = 0.3  # largest friction of the rig, as a share of the median measured value
 LEVELS = {True: 17, False: 9}  # of sizes, by whether the predictions stand in the table
@@ -154,8 +154,7 @@ class TableStudy:
         """The packaged series that the model names, or None for a function or no model."""
         model = self.model
         if isinstance(model, str):
-            series = series_of(model)
-            if series is None:
+            if (series := series_of(model)) is None:
                 packed = ", ".join(experiments.sources())
                 raise InputError(f"the model {model!r} is neither module:function nor a packaged series ({packed})")
             return series
@@ -192,9 +191,12 @@ class TableStudy:
         if unit != own:
             raise InputError(f"{self.data.name}: column {column!r} is in {unit!r}, {self.measured!r} in {own!r}; give "
                              "both in one unit")
+        towards: dict[str, str] = {}
         for other in self.towards:
             self.data.positive(other, "towards")
-        return PredictedColumn(column, {_keyword(c): c for c in self.towards})
+            if (first := towards.setdefault(_keyword(other), other)) != other:
+                raise InputError(f"{self.data.name}: columns {first!r} and {other!r} differ by signs alone: rename one")
+        return PredictedColumn(column, towards)
 
     @property
     def tabulated(self) -> bool:
@@ -223,11 +225,10 @@ class TableStudy:
         """Names of the covariates: those stated, or all columns that are left."""
         for name in self.covariates or ():
             self.data.column(name, "the covariates")
-        roles = (r for r in ROLES if r != "direction")
-        used = {self.measured, self.group, self.simulate.column if self.tabulated else None, *self.towards, *roles}
-        columns = self.data.columns.items()
-        left = (c for c, v in columns if c not in used and len(set(v)) > 1)
-        return list(left if self.covariates is None else self.covariates)
+        if self.covariates is not None:
+            return list(self.covariates)
+        used = {self.measured, self.group, self.simulate.column if self.tabulated else None, *self.towards, *ROLES}
+        return [c for c, v in self.data.columns.items() if c not in used and len(set(v)) > 1]
 
     @cached_property
     def groups(self) -> list[Any] | None:
@@ -259,10 +260,8 @@ class TableStudy:
             if unit not in ("-", "%", own):
                 raise InputError(f"{table.name}: column 'noise' is in {unit!r}; give it relative ('-' or '%') or in "
                                  f"the unit of {self.measured!r}, {own!r}")
-            if unit == "%":
-                values = values / 100.0
-            elif unit != "-":
-                values = values / np.array(table.positive(self.measured))
+            if unit != "-":
+                values = values / (100.0 if unit == "%" else np.array(table.positive(self.measured)))
             same = np.ptp(values) <= 1e-12 * values.max()
             return Noise(float(values[0]) if same else tuple(float(v) for v in values), dof)
         if stated in (None, "unknown"):

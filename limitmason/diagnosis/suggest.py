@@ -61,7 +61,7 @@ def suggest(
         raise InputError(f"costs must be positive, got {dict(costs)}")
     verdict = diagnosis.verdict if diagnosis is not None else None
     if verdict is not None and verdict.kind in ("unexplained", "scatter"):
-        return _spread(verdict.covariate if verdict.kind == "unexplained" else None, pool, k)
+        return _spread(design, verdict.covariate if verdict.kind == "unexplained" else None, pool, k)
     if diagnosis is not None and diagnosis.kind == "behaves like":
         return _identify(design, there, pool, k, diagnosis, price)
     truths, pairs, reason = _hypotheses(design, there, diagnosis)
@@ -104,8 +104,8 @@ def _identify(
     slopes_of_both = np.concatenate(slopes)
     rivals = Discrepancy.of(both, scale, slopes_of_both)
     found = identifying_tests.tests_that_identify(rivals, slopes_of_both, np.concatenate(effect), design.n, k, price)
-    # a column along which the explanation has its own dose, and those within one kind (" in "), are not missed
-    lost = [c for c in diagnosis.covariates if c not in both and c not in own and " in " not in c]
+    # a column along which the explanation has its own dose, and those within one kind of data, are not missed
+    lost = [c for c in diagnosis.covariates if c not in both and c not in own and design.recorded_as(c) == c]
     told = f"; the pool does not say its {', '.join(lost)}" if lost else ""
     asked = diagnosis.identification.margin if diagnosis.identification is not None else 0.0
     reason = (
@@ -212,13 +212,14 @@ def _at_fit(design: Design, there: Mapping[Names, Grid], names: Names, tested: T
     return next_tests.Truth(tested=here, pool=beyond, inputs=grid.z_at(fit.position)[0])
 
 
-def _spread(covariate: str | None, pool: list[Any], k: int) -> next_tests.NextTests:
+def _spread(design: Design, covariate: str | None, pool: list[Any], k: int) -> next_tests.NextTests:
     """Next tests over the covariate that residuals vary with, from end to end.
 
     Without such a covariate they are any repeats, to measure the scatter.
 
     Parameters
     ----------
+    design : of the tested specimens, whose columns within one kind of data it tells from recorded ones
     covariate, pool, k : with which the residuals vary, or None; specimens; number of tests
     """
     spaced = np.round(np.linspace(0, len(pool) - 1, k)).astype(int)
@@ -228,8 +229,8 @@ def _spread(covariate: str | None, pool: list[Any], k: int) -> next_tests.NextTe
         on_others = f"to see whether the residuals vary with {covariate} on others, each number measured"
         return _picked(spaced, pool, on_others)
     column = [recorded(s, covariate) for s in pool]
-    if None in column and " in " in covariate:  # along a column within one kind of data
-        column = [recorded(s, covariate.split(" in ")[0]) for s in pool]
+    if None in column:  # along a column within one kind of data
+        column = [recorded(s, design.recorded_as(covariate)) for s in pool]
     if None in column:
         raise InputError(
             f"the residuals vary with {covariate}: give it for every specimen of the pool, number "

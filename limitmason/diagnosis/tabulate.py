@@ -246,8 +246,7 @@ class Tabulator:
         It is the true value minus that of the table, at sizes ``at`` and inputs ``z`` [sd].
         """
         true = self.evaluate(table.causes, [(tuple(at), tuple(z))])[0]
-        axes = (*table.sizes, *(a for a in table.z))
-        shown = RegularGridInterpolator(axes, table.values)(np.array([[*at, *z]]))[0]
+        shown = RegularGridInterpolator((*table.sizes, *table.z), table.values)(np.array([[*at, *z]]))[0]
         return float(np.max(np.abs(true - shown) / self.noise))
 
     def _refuse_not_nested(self, cause: Cause) -> None:

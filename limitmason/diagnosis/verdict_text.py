@@ -293,20 +293,20 @@ def identification_words(diagnosis: Findings) -> list[str]:
         if diagnosis.kept
         else f"{name} fits, but {not_two_kinds(record)}: it is rejected."
     ]
-    return [*out, identifying_test(diagnosis)] if diagnosis.kept else out
+    return [*out, identifying_test(diagnosis, record)] if diagnosis.kept else out
 
 
-def identifying_test(diagnosis: Findings) -> str:
-    """Sentence on the tests that would identify the one explanation."""
-    record, by_name = diagnosis.identification, diagnosis.by_name
+def identifying_test(diagnosis: Findings, record: Identification) -> str:
+    """Sentence on the tests that would identify the one explanation, from its ``record``."""
+    by_name = diagnosis.by_name
     alone = [f"{n}: {by_name[n].isolate}" for n in diagnosis.causes if by_name[n].isolate]
-    if record is None or record.along == CONSTANT:
+    if record.along == CONSTANT:
         vary = "tests in which the effect would differ from one specimen to the other"
     elif record.along == TOGETHER:
         vary = "tests in which the effect would differ between specimens that are alike in all that is recorded"
     else:
         vary = f"tests in which the effect would differ between specimens of one {record.along}"
-    other = ["a second kind of data on the same specimens"] * (record is not None and len(record.kinds) < 2)
+    other = ["a second kind of data on the same specimens"] * (len(record.kinds) < 2)
     tests = [*alone, *other, f"{vary} (next_tests chooses from a pool)"]
     return f"What would identify it: {'; or '.join(tests)}."
 

@@ -393,3 +393,17 @@ def test_residuals_that_the_model_cannot_explain_are_explained():
     # without the refit the fit's compromise has to be undone by a second cause, and no single one holds
     both = fit.diagnose([mortar, gain], refit=[])
     assert (both.kind, both.distinct, len(both.pairs)) == ("behaves like", False, 1)
+
+
+def test_what_is_left_open_has_the_scatter_of_all_where_the_rest_tells_none():
+    """Two numbers are met exactly by two parameters: the third was said to be left open by 0.0 %."""
+
+    def line(a, b):
+        return {f"x{k}": a + b * t for k, t in enumerate((1.0, 2.0, 4.0))}
+
+    measured = {k: v * (1.05, 0.96, 1.02)[n] for n, (k, v) in enumerate(line(2.0, 1.0).items())}
+    parameters = [Parameter("a", 1.0, (0.1, 10.0)), Parameter("b", 1.0, (0.1, 10.0))]
+    stated = calibrate(line, {k: (v, 0.05) for k, v in measured.items()}, parameters, level=None)
+    bare = calibrate(line, measured, parameters, level=None)
+    wanted = [math.sqrt(bare.misfit) / 0.05 * row.deviation for row in stated.left_out.rows]  # one degree of freedom
+    assert [row.deviation for row in bare.left_out.rows] == pytest.approx(wanted, rel=0.05)

@@ -7,6 +7,7 @@ from calibrated_models import power_law
 
 import limitmason as lm
 from limitmason.calibration import CurveTarget, JointModel, Parameter, SearchSettings, Target, calibrate
+from limitmason.diagnosis import Cause
 
 
 @pytest.mark.parametrize(
@@ -138,6 +139,17 @@ def test_features_of_a_curve_may_come_from_an_iterator():
     assert CurveTarget(CURVE, 0.05, features=iter(("peak",))).features == ("peak",)
 
 
+@pytest.mark.parametrize("order", [("one", "other"), ("other", "one")])
+def test_every_test_of_one_model_has_its_units_checked(order):
+    """Of two tests that one model serves only the last was: 10 mm were taken for 10 m."""
+    in_mm = lm.answers.Curve([0.0, 1.0, 2.0], [0.0, 10.0, 12.0], "mm", "kN")
+    in_m = in_mm.in_units("m", 1e-3, "kN", 1.0)
+    targets = {name: {"curve": CurveTarget(c, 0.05, ("stiffness",))} for name, c in (("one", in_mm), ("other", in_m))}
+    with pytest.raises(lm.errors.InputError, match="measured in mm, kN and is computed in m, kN"):
+        calibrate(lambda k: in_m.in_units("m", 1.0, "kN", k), {name: targets[name] for name in order},
+                  [Parameter("k", 1.0, (0.5, 2.0))], leave_out=None, level=None)
+
+
 def test_two_parameters_of_one_property_of_a_joint_are_refused():
     wall = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(33.0))
     with pytest.raises(lm.errors.InputError, match="'one' and 'all' are both the cohesion of bed joints"):
@@ -145,3 +157,21 @@ def test_two_parameters_of_one_property_of_a_joint_are_refused():
     JointModel(wall, lambda _: 1.0, of={"one": ("cohesion", ["bed"]), "other": ("cohesion", ["head"])})
     with pytest.raises(lm.errors.InputError, match="write .property, .kinds.."):
         JointModel(wall, lambda _: 1.0, of={"one": ("cohesion", "bed")})
+
+
+def test_what_another_model_gives_at_the_fit_alone_is_named():
+    fit = calibrate(lambda k: {"peak": k}, {"peak": (1.0, 0.05)}, [Parameter("k", 1.0, (0.5, 2.0))], level=None)
+
+    def modes(k):
+        return {"modes": [k, 2.0 * k] if k < 1.01 else [k]}
+
+    with pytest.raises(lm.errors.InputError, match="gives 'modes 1' at the fit, and not one deviation"):  # KeyError
+        fit.predict(modes)
+
+
+def test_a_cause_may_stand_in_for_a_tied_parameter():
+    measured = {f"x{i}": (1.0 + 0.1 * i, 0.05) for i in range(5)}
+    fit = calibrate(lambda k, twice: {n: k * (1.0 + 0.1 * i) * twice / 2.0 for i, n in enumerate(measured)}, measured,
+                    [Parameter("k", 1.0, (0.5, 2.0))], ties={"twice": "0 * k + 2"}, level=None, leave_out=None)
+    tied = Cause("twice", "twice", 2.0, (1.0, 3.0))
+    assert fit.diagnose([tied], refit=(), draws=99).kind == "none"  # a keyword came twice: a TypeError

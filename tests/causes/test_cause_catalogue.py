@@ -134,6 +134,9 @@ def test_a_cause_of_a_batch_belongs_to_its_specimens_alone():
     assert cause.apply(0.8, *model, specimen={"batch": "A"}) == model
     with pytest.raises(ValueError, match="batch"):
         cause.apply(0.8, *model, specimen={})
+    own = catalogue.of_batch(Cause("own", "own", 1.0, (0.5, 2.0), apply=lambda size, length: size * length), "B")
+    read = [Extension(((own, 2.0),), {"batch": batch})(0.3) for batch in "AB"]
+    assert read == [0.3, 0.6]  # a model of one object stays one, where it was a tuple for the others
     heavy = catalogue.of_batch(catalogue.block_density(), "new", covariate="delivery")
     assert pickle.loads(pickle.dumps(heavy)) == heavy
     changed, _ = heavy.apply(1.2, *model, specimen={"delivery": "new"})

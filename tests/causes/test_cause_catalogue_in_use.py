@@ -312,3 +312,13 @@ def test_a_planted_cause_of_the_catalogue_is_named_sized_and_its_twins_are_known
     assert (diagnosis.kind, diagnosis.causes) == ("behaves like", ("edge rounding",))
     assert diagnosis.identification.excess > 0.0
     assert diagnosis.estimates["edge rounding"].size == pytest.approx(6.0, rel=0.15)
+
+
+def test_a_cause_without_a_lever_is_felt_by_modes_and_a_reading_of_frequencies_by_modes_alone():
+    own = Cause("own", "own", 1.0, (0.5, 2.0))
+    assert [catalogue.acts_on(own, method) for method in ("limit", "modes")] == [True, True]  # modes did not
+    for reads in ("vibration", "frequency 1"):
+        clock = Cause("clock", "clock", 1.0, (0.9, 1.1), acts_on="measurement", apply=lambda size, p, s: size * p,
+                      reads=(reads,))
+        assert [catalogue.acts_on(clock, method) for method in ("limit", "dem", "modes")] == [False, False, True]
+    assert [catalogue.acts_on(catalogue.gain(), method) for method in ("limit", "modes")] == [True, False]

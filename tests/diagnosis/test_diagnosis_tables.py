@@ -16,6 +16,7 @@ from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.trends import Trends
 from limitmason.diagnosis.simulator_calls import Job, Simulator
+from limitmason.errors import InputError
 from limitmason.study import Memo
 
 X = np.linspace(0.2, 1.0, 10)
@@ -330,6 +331,23 @@ def test_an_interrupted_study_goes_on_from_disk(tmp_path):
     third = Study(SPECIMENS, fragile, None, Noise(0.04), nuisance, **options)
     third.design([BEND])
     assert third.simulator.calls == 0
+
+
+def test_an_answer_on_disk_is_checked_by_the_study_that_takes_it(tmp_path):
+    told = [{"x": x} for x in (-1.0, 1.0, 2.0, 3.0)]
+
+    def drift(s):
+        return s["x"]
+
+    def asked(*quantities):
+        rows = [Observation(i, q, 1.0, 0.1) for i in range(4) for q in quantities]
+        return Study(told, drift, rows, cache=tmp_path / "kept.jsonl")
+
+    assert asked("residual displacement").baseline() == pytest.approx([-1.0, 1.0, 2.0, 3.0])
+    with pytest.raises(InputError, match=r"gave -1.0; a positive finite number is needed"):  # was NaN
+        asked("peak").baseline()
+    with pytest.raises(InputError, match=r"a mapping of peak, stiffness is needed"):  # was numpy's word on shapes
+        asked("peak", "stiffness").baseline()
 
 
 @pytest.mark.slow

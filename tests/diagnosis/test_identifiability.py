@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from diagnosis_models import BATCH, CAUSES, FRICTION, GAIN, ROUNDING, blocks, data, specimens, study
+from diagnosis_models import BATCH, CAUSES, FRICTION, GAIN, ROUNDING, SLOPE, blocks, data, specimens, study
 from scipy.special import chdtrc
 from scipy.stats import multivariate_normal
 
@@ -345,3 +345,19 @@ def test_groups_of_like_specimens_gather_what_is_alike():
     labels = alike({"height": [1.0, 1.01, 1.02, 1.0, 3.0, 3.01, 3.0, 3.02], "kind": list("aaaabbbb")})
     assert same(labels) == pytest.approx(same([0, 0, 0, 0, 1, 1, 1, 1]))
     assert alike({"height": [1.0] * 12}) is None
+
+
+@pytest.mark.slow
+def test_a_pair_beside_noise_that_days_share_is_judged_again_and_reported():
+    days = [f"d{i % 4}" for i in range(12)]
+    stacks = [{**s, "day": day} for s, day in zip(specimens(), days, strict=True)]
+    made = Study(stacks, blocks, None, Noise(0.03), FRICTION, ["height", "width", "batch", "day"], shared=("day",))
+    rng = np.random.default_rng(0)
+    of_day = dict(zip(sorted(set(days)), 0.028 * rng.standard_normal(4), strict=True))
+    errors = np.array([of_day[day] for day in days]) + 0.008 * rng.standard_normal(12)
+    values = made.predicted((ROUNDING, BATCH), (0.012, 1.3)) * np.exp(errors)
+    found = made.replace(measured=values).diagnose((ROUNDING, BATCH, SLOPE), draws=199)
+    assert found.pairs == (("edge rounding", "batch"),)
+    assert found.shares.shares["day"] > 0.5
+    # the pairs that were tried and not kept had no table in the design of independent noise: a LookupError
+    assert "noise taken as unknown the verdict is" in found.report()

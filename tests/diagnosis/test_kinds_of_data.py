@@ -9,6 +9,7 @@ from scipy.integrate import solve_ivp
 import dem
 import limitmason as lm
 from limitmason import causes
+from limitmason.answers import Curve
 from limitmason.constants import GRAVITY
 from limitmason.diagnosis import Cause, Observation, Study, curves
 from limitmason.diagnosis.simulate import several
@@ -203,6 +204,20 @@ def test_a_folder_may_hold_curves_and_shapes_at_sensors(tmp_path):
     (tmp_path / "quantities.csv").write_text(files["quantities.csv"].replace("mode,0.03\n", ""))
     with pytest.raises(InputError, match="no row for 'mode'"):
         Study.from_folder(tmp_path, model=simulate)
+
+
+def test_what_a_curve_or_a_sensor_lacks_is_said(tmp_path):
+    files = {"specimens": "specimen,h\n-,m\na,1\nb,2\n", "measured": "specimen,frequency 1\n-,Hz\na,1\n",
+             "quantities": "quantity,scatter\n-,-\nfrequency 1,0.02\nmode,0.05\n",
+             "sensors": "specimen,x,y,z,direction,mode 1\n-,m,m,m,-,-\nb,0,0,1,x,1\nb,0,0,2,x,0.5\n"}
+    for name, text in files.items():
+        (tmp_path / f"{name}.csv").write_text(text)
+    with pytest.raises(InputError, match=r"measured.csv has no row for specimen 'b', with its frequencies"):
+        Study.from_folder(tmp_path, model=lambda s: {})
+    short = Curve([0.0, 1.0, 2.0], [0.0, 10.0, 12.0], "mm", "kN")
+    with pytest.raises(InputError, match=r"measured in mm, kN and predicted in m, kN"):  # was said to end too soon
+        curves.points({"a": short}, {"a": short.in_units("m", 1e-3, "kN", 1.0)}, load_error=0.02,
+                      displacement_error=0.01)
 
 
 def test_factors_over_a_wide_range_are_tabulated_by_their_ratio():

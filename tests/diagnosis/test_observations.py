@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from diagnosis_models import (
     CAUSES,
+    FRICTION,
     LISTED,
     LOAD_CELL,
     ROUNDING,
@@ -90,6 +91,22 @@ def test_a_gain_is_identified_where_a_second_kind_cannot_feel_it_and_behaves_lik
     alone = several_kinds(observed(gain=1.25, only=("peak",))).diagnose(LISTED)
     assert (alone.kind, alone.identified) == ("behaves like", False)
     assert "two kinds of evidence" in alone.report(checks=False)
+
+
+@pytest.mark.slow
+def test_a_cause_is_held_against_the_same_rivals_whatever_its_own_column_is_called():
+    excess = {}
+    for name in ("batch", "batch in use"):  # the second was among the rivals of the cause that is about it
+        walls_of_batches = [{name if k == "batch" else k: v for k, v in s.items()} for s in specimens()]
+        second = {i for i, s in enumerate(walls_of_batches) if s[name] == "B"}
+        rows = [dataclasses.replace(o, value=o.value * 1.3) if o.specimen in second and o.kind != "vibration" else o
+                for o in observed(seed=2)]
+        shift = causes.batch_shift(covariate=name, label="B")
+        made = Study(walls_of_batches, walls, rows, nuisance=FRICTION, covariates=["height", name], shared=())
+        found = made.diagnose((ROUNDING, LOAD_CELL, shift), draws=299)
+        assert found.identified
+        excess[name] = found.identification.excess
+    assert excess["batch in use"] == pytest.approx(excess["batch"])
 
 
 @pytest.mark.slow

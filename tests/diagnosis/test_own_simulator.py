@@ -1,13 +1,15 @@
 """The user's own simulator: its errors keep type and traceback, and a parameter that it ignores is named."""
 
+import inspect
 import sys
 import traceback
 import warnings
 
 import pytest
 
-from limitmason import cli
+from limitmason import causes, cli
 from limitmason.diagnosis import Cause, Measured, Noise, Study
+from limitmason.diagnosis.simulate import collapse, several
 from limitmason.errors import InputError
 
 SPECIMENS = [{"x": x} for x in (0.2, 0.3, 0.5, 0.7)]
@@ -191,3 +193,25 @@ def test_a_noise_to_plan_with_goes_before_the_one_that_is_stated():
     assert seen_from(planned, 0.04) == stated
     assert own < 0.5 * stated
     assert seen_from(planned, 0.01) == pytest.approx(own, rel=0.1)  # tables of another noise have other nodes
+
+
+def test_two_models_of_a_table_are_told_apart(tmp_path):
+    (tmp_path / "t.csv").write_text(
+        "specimen,measured,predicted,p-b,p b\n-,-,-,-,-\n" + "".join(f"{n},1,1,2,3\n" for n in "abcd"))
+    with pytest.raises(InputError, match=r"columns 'p-b' and 'p b' differ by signs alone: rename one"):
+        Study.from_table(tmp_path / "t.csv", towards=("p-b", "p b"), noise=0.05)  # both led to the last one
+
+
+def test_what_a_ready_simulator_takes_is_what_it_passes_on():
+    def build(specimen, /, friction=0.6, **more):
+        raise AssertionError("nothing is built")
+
+    taken = inspect.signature(collapse(build)).parameters
+    assert {"friction", "torsion_limit", "parameters"} <= set(taken)  # "friction" was lost behind the slash
+    # an option of a method goes to no builder: it was said to be taken
+    assert list(inspect.signature(several(build, {"peak": "limit"})).parameters) == [
+        "specimen", "extend", "friction", "parameters"]
+    twist = causes.torsion_strength()
+    bare = Study(SPECIMENS, several(lambda s: None, {"peak": "limit"}), None, Noise(0.04))
+    with pytest.raises(InputError, match="simulate does not take the parameter 'torsion_limit'"):
+        bare.table(twist)

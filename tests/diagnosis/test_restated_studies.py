@@ -21,7 +21,7 @@ from diagnosis_models import (
     walls,
 )
 
-from limitmason.diagnosis import Observation, Rule, Study
+from limitmason.diagnosis import Cause, Noise, Observation, Rule, Study
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.errors import InputError
 
@@ -126,3 +126,38 @@ def test_a_variant_that_states_no_shared_noise_is_judged_by_that_statement():
     made = study(data(GAIN, 1.06, seed=3), covariates=["height", "width"])
     assert made.diagnose(CAUSES).verdict.doubt is not None
     assert made.replace(shared=()).diagnose(CAUSES).verdict.doubt is None
+
+
+def two_that_act_on_each_other(**options):
+    """A study of values that two causes make together, and these: the sum of what each does alone is wrong."""
+
+    def simulate(s, *, a=0.0, b=0.0):
+        return s["width"] / s["height"] * math.exp(a * s["height"] + b * s["width"] * 5 + 3.0 * a * b)
+
+    values = np.array([simulate(s, a=0.6, b=0.7) for s in specimens()])
+    values *= np.exp(0.02 * np.random.default_rng(0).standard_normal(12))
+    first, second = (Cause(name, name, 0.0, (0.0, 1.0)) for name in "ab")
+    return Study(specimens(), simulate, values, Noise(0.02), **options), first, second
+
+
+def sizes_of(diagnosis):
+    """Fitted sizes of the pair of both by name."""
+    (tested,) = (t for names, t in diagnosis.verdict.tested.items() if set(names) == {"a", "b"})
+    return dict(zip(tested.names, tested.sizes, strict=True))
+
+
+def test_a_pair_has_the_sizes_of_its_own_causes_whatever_list_was_judged_before():
+    made, first, second = two_that_act_on_each_other(pair_tables="exact")
+    sizes = sizes_of(made.diagnose((first, second), draws=299))
+    assert sizes == pytest.approx({"a": 0.6, "b": 0.7}, rel=0.05)
+    # was the size of the other cause: the table made for the first list was read along the axes of the second
+    assert sizes_of(made.diagnose((second, first), draws=299)) == pytest.approx(sizes, rel=1e-3)
+
+
+def test_a_pair_whose_sum_another_list_found_wrong_is_judged_by_its_true_table():
+    made, first, second = two_that_act_on_each_other()
+    listed = (first, second)
+    made.design(listed).grid(("a", "b"))  # as a rehearsal leaves it: the sum, not yet compared with the simulator
+    made.diagnose((*listed, GAIN), draws=299)
+    # was 1.0 of both, by the sum
+    assert sizes_of(made.diagnose(listed, draws=299)) == pytest.approx({"a": 0.6, "b": 0.7}, rel=0.05)

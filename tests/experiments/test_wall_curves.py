@@ -100,6 +100,9 @@ def test_a_wall_without_a_curve_has_neither_peak_nor_mode():
     none = WallCurve(wall="1", status="crushes")
     assert math.isnan(none.peak)
     assert none.mode == ""
+    # a curve that ends where its elastic motion is read has nothing inelastic: was a division by zero
+    two = {"slid": [0.0, 0.1], "slips": [0.0, 0.1], "apart": [0.0, 0.0], "past": [0.0, 0.0]}
+    assert WallCurve(wall="1", drift=[0.0, 0.1], force=[0.0, 50.0], **two).mode == ""
 
 
 def test_a_method_that_follows_no_wall_is_refused():

@@ -233,3 +233,11 @@ def test_command_prints_the_table_keeps_answers_and_draws(tmp_path, capsys):
     assert (tmp_path / "f.png").stat().st_size > 5_000
     assert cli.main([*arguments, "--no-budget"]) == 2
     assert "not among --methods" in capsys.readouterr().err
+
+
+def test_what_carries_nothing_by_any_theory_is_compared_too():
+    rows = [lm.comparison.Row("associative", 0.0, status="solved"),
+            lm.comparison.Row("non-associative", 0.0, low=0.0, high=0.0, status="solved")]
+    for value, state in ((1e-12, "holds"), (0.1, "open")):  # both ended in a division by zero
+        found = lm.comparison.SideBySide((*rows, lm.comparison.Row("dem", value, status="solved"))).findings()
+        assert [line.partition(":")[0] for line in found] == [state]

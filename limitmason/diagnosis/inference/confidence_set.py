@@ -320,7 +320,7 @@ class ConfidenceSet:
             return True
         # under known noise the loss is chi-squared, with a term for each measured input
         loss = float(fit.loss[0] + fit.penalty[0])
-        return design.like.quadratic and float(chdtrc(design.n + design.inputs, loss)) < tail
+        return design.like.known and float(chdtrc(design.n + design.inputs, loss)) < tail
 
     def _residual_tally(self, names: Names, fit: BestFit) -> Tally:
         """Trend and scatter of the residuals under the explanation's own fit."""
@@ -389,7 +389,7 @@ class ConfidenceSet:
         y, z = design.predicted(names, fit), design.grid(names).z_at(fit.position)
         sd = design.noise_of(names, fit)
         # the likelihood of a noise that is as good as known
-        like = Likelihood() if design.like.kind == "known" else Likelihood("replicates", AS_IF_KNOWN)
+        like = Likelihood() if design.like.known else Likelihood("replicates", AS_IF_KNOWN)
         found = design.fits(others, y, z, sd**2, like=like)
         apart = [0.5 * float(f.loss[0] / sd**2 + f.penalty[0]) for f in found]
         return [others[i] for i in np.argsort(apart, kind="stable") if apart[i] <= self.rule.far]

@@ -121,6 +121,11 @@ class Design:
         kinds = np.array(self.kinds or ("",) * self.n)
         return tuple(kinds == kind for kind in dict.fromkeys(kinds.tolist()))
 
+    def recorded_as(self, column: str) -> str:
+        """Name under which a column is recorded: of "age in force", which is age within one kind of data, "age"."""
+        kinds = set(self.kinds) if len(set(self.kinds)) > 1 else ()
+        return next((column.removesuffix(f" in {k}") for k in kinds if column.endswith(f" in {k}")), column)
+
     def own(self, names: Names) -> tuple[str, ...]:
         """Columns that the causes of an explanation declare as their own."""
         return tuple(column for c in self.causes if c.name in names for column in getattr(c, "own", ()))

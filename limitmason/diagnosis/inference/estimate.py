@@ -110,7 +110,7 @@ def _wilks(design: Design, spent: int) -> float:
     It is that of one parameter by chi-square. Where the noise is estimated it is larger, as ``spent`` fitted sizes are
     taken off the number of values.
     """
-    if design.like.kind == "known":
+    if design.like.known:
         return float(np.sqrt(CHI2))
     free = max(design.n + design.like.dof - spent, 1.0)
     return float(np.sqrt((design.n + design.like.dof) * np.log1p(CHI2 * (1.0 + 2.0 / free) / free)))

@@ -82,7 +82,7 @@ class Data:
     def beside(self) -> Array:
         """What nodes are ranked by beside values: nuisance data in known noise, and ones."""
         one = np.ones((len(self.y), 1))
-        return np.concatenate([self.z, one], axis=1) if self.like.kind == "known" else one
+        return np.concatenate([self.z, one], axis=1) if self.like.known else one
 
     @cached_property
     def count(self) -> Array:
@@ -213,7 +213,7 @@ def _best_node(cells: Cells, data: Data) -> BestNode:
         ranks = data.loglik(loss, penalty)
         return BestNode(np.argmax(ranks, axis=1), products=None, ranks=ranks)
     # y F - |F|^2 / 2 ranks nodes as -|y - F|^2 / 2 does: |y|^2 is the same for all nodes of a data set
-    known, rows = like.kind == "known", np.arange(len(y))
+    known, rows = like.known, np.arange(len(y))
     products = cells.products(y, data.beside, known)
     if known:
         column = products.argmax(axis=1)
@@ -270,9 +270,8 @@ def _step(grids: Sequence[Grid], data: Data, owner: Index, column: Index, inner:
     owner, column : number of the grid of every data set, and of the node in it to step from, shape (b,)
     inner : products of data and nodes that are known, an array per grid as in :class:`BestNode`; () where none are
     """
-    known = data.like.kind == "known"
     at = StepData(
-        y=data.y, z=data.z, squares=data.squares, per=None if known else data.per,
+        y=data.y, z=data.z, squares=data.squares, per=None if data.like.known else data.per,
         used=None if data.plain else data.used,
     )
     step = stepped([g.cells for g in grids], owner, column, at, inner)

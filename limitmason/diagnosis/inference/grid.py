@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from limitmason.diagnosis.inference.cells import Cells
-from limitmason.errors import InputError
 
 
 class Grid:
@@ -31,7 +30,7 @@ class Grid:
     """
 
     def __init__(self, sizes: Sequence[np.ndarray], z: Sequence[np.ndarray], values: np.ndarray):
-        """Keep the nodes, and check that the values fit them.
+        """Keep nodes and values.
 
         Parameters
         ----------
@@ -40,11 +39,8 @@ class Grid:
         self.sizes = tuple(np.asarray(s, dtype=float) for s in sizes)
         self.z = tuple(np.asarray(a, dtype=float) for a in z)
         self.values = np.ascontiguousarray(values, dtype=float)
-        axes = self.sizes + self.z
-        self.shape = tuple(len(a) for a in axes)
+        self.shape = tuple(len(a) for a in self.sizes + self.z)
         self.n = values.shape[-1]
-        if values.shape[:-1] != self.shape:
-            raise InputError(f"values of shape {values.shape} do not fit axes of lengths {self.shape}")
 
     @cached_property
     def nodes(self) -> np.ndarray:

@@ -188,8 +188,8 @@ class Judge:
             if judge is not self:
                 self.design.forget_pairs()  # the design of independent noise has grids of the wrong tables too
             verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
-        for names in verdict.pairs:
-            self.design.grid(names)  # made now: a closed design makes no table
+        for names in self.design.pair_names if verdict.pairs else ():
+            self.design.grid(names)  # made now: a closed design makes no table, and who judges again tries all pairs
         return Judged(verdict, judge.design.closed(), shares)
 
     def judge_with_own_noise(
@@ -212,11 +212,11 @@ class Judge:
             verdict = decision.explained(y, alarm, pairs)
         if not self.rule.identify:
             return verdict
-        verdict = self._with_identification(decision, self.beside_levers(verdict, y), y, pairs)
+        verdict = self.with_identification(decision, self.beside_levers(verdict, y), y, pairs)
         sd = self.noise(verdict)
         return replace(verdict, rehearsed=self.missing(sd))
 
-    def _with_identification(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
+    def with_identification(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
         """The verdict with the record of its one explanation, if it has just one.
 
         It becomes "behaves like" where a condition of the record is missing. It is withdrawn where its residuals keep a
@@ -237,7 +237,7 @@ class Judge:
         if record is None:  # no single explanation is left
             return verdict
         if (verdict.pairs and record.structure < self.rule.structure) or any(k.absent for k in record.kinds):
-            left = _left_structure(verdict, verdict.kept[0])
+            left = verdict.without(verdict.kept[:1], "structured")
             return replace(left, identification=replace(record, missing=(*record.missing, "kinds")))
         kind = verdict.kind if record.holds else VerdictKind.BEHAVES_LIKE
         return replace(verdict, kind=kind, identification=record)
@@ -256,7 +256,7 @@ class Judge:
         y : log measured values per row, in units of the noise, shape (n,)
         """
         design = self.design
-        if not design.like.quadratic:
+        if not design.like.known:
             return verdict
         rivals, data = self.rivals(), design.turned(y)[None]
         if not rivals.by_specimen.along:  # no listed cause is felt
@@ -296,7 +296,7 @@ class Judge:
                 nearest = max(nearest, (float(each.max()), levers.along[int(each.argmax())]))
         if not rivalled:
             return verdict
-        return replace(verdict.without(rivalled), withdrawn=(), rivalled=tuple(rivalled), rival=nearest[1])
+        return replace(verdict.without(rivalled, "rivalled"), rival=nearest[1])
 
     def identification_of(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Identification:
         """Record that holds one explanation against every model discrepancy, condition by condition.
@@ -365,7 +365,7 @@ class Judge:
         enough = 0.5 * chdtri(1.0, PAIR_TAIL / max(len(self.design.causes) - 1, 1))
         if not better and self._second_gains(verdict, names, y) < enough - CLOSE:
             return replace(verdict, tried_pairs=bool(self.design.pair_names)), record
-        bare = _left_structure(verdict, names)
+        bare = verdict.without([names], "structured")
         both = self.beside_levers(decision.with_pairs(y, bare), y) if pairs else bare
         if both.pairs and not better:  # a pair that is kept must itself gain enough
             better = both.tested[both.pairs[0]].gain - verdict.tested[names].gain >= enough
@@ -374,8 +374,3 @@ class Judge:
         if len(both.pairs) != 1:
             return both, None
         return both, self.identification_of(decision, both, y)
-
-
-def _left_structure(verdict: Verdict, names: Names) -> Verdict:
-    """The verdict without its one explanation, which leaves a model discrepancy."""
-    return replace(verdict.without([names]), withdrawn=(), structured=(names,))

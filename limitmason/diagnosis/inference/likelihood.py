@@ -44,8 +44,8 @@ class Likelihood:
         return cls(noise.kind, float(noise.dof or 0.0))
 
     @property
-    def quadratic(self) -> bool:
-        """Whether the best node is found by one matrix product: known noise."""
+    def known(self) -> bool:
+        """Whether the noise is known, so that no variance is estimated."""
         return self.kind == "known"
 
     def loglik(self, loss: Any, penalty: Array | float, count: Array | float, replicate: Array | float = 1.0) -> Any:
@@ -58,7 +58,7 @@ class Likelihood:
         count : number of values in ``loss``
         replicate : redrawn variance of the replicates in stated units
         """
-        if self.kind == "known":
+        if self.known:
             return -0.5 * (loss + penalty)
         total = np.maximum(loss + self.dof * replicate, SMALLEST_SUM)
         return -0.5 * (count + self.dof) * np.log(total) - 0.5 * penalty
@@ -86,7 +86,7 @@ class Likelihood:
         replicate : redrawn variance of the replicates in stated units
         spent : number of fitted parameters
         """
-        if self.kind == "known":
+        if self.known:
             return np.ones_like(np.asarray(loss, dtype=float))
         freedom = np.maximum(count + self.dof - spent, 1.0)
         return np.maximum(loss + self.dof * replicate, SMALLEST_SUM) / freedom

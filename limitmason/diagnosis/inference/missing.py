@@ -165,7 +165,7 @@ def _adequate(design: Design, names: Names, fit: BestFit, along: np.ndarray) -> 
     along : data along the trends, shape (b, trends)
     """
     good = design.trend_of(names)(along, fit) <= np.log(max(len(design.trends), 1) / TREND)
-    if design.like.quadratic:
+    if design.like.known:
         good &= chdtrc(design.n + design.inputs, fit.loss + fit.penalty) >= FIT
     return good
 

@@ -36,8 +36,8 @@ class Confusable(Displayed):
     Parameters
     ----------
     names : causes
-    sizes : size at which each is compared, the side of the baseline with the smaller distances last
-    seen : d2 from the baseline at that size
+    sizes : sizes at which each is compared, one on each side of the baseline that its bounds leave
+    seen : larger d2 from the baseline at these sizes
     d2 : shape (c, c), row: true cause, column: rival
     """
 
@@ -93,7 +93,7 @@ class Confusable(Displayed):
 
     def report(self) -> str:
         """The table as text, then twins and invisible causes."""
-        width = max(map(len, self.names))
+        width = max(map(len, ("cause", *self.names)))
         lines = [
             "Distance of each cause to its nearest rival on this design (d2 in noise units, after refitting the rival",
             "and the measured inputs; 25 and more: named in 98 of 100 data sets, below 1: twins)",
@@ -254,9 +254,13 @@ def reached_at(grid: Grid, cause: Listed, side: float, d: np.ndarray, least: flo
 
 
 class Truth(NamedTuple):
-    """An explanation taken as true: predictions of t and m rows, and k inputs.
+    """Predictions of an explanation that is taken as true.
 
-    They are whitened, of the tested rows and those of the pool; inputs are in standard deviations.
+    Parameters
+    ----------
+    tested : of the rows that were measured, in units of their noise, shape (rows,)
+    pool : of the rows of the pool, likewise
+    inputs : measured inputs, in standard deviations from their values, shape (k,)
     """
 
     tested: np.ndarray

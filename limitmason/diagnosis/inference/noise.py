@@ -224,6 +224,11 @@ class Noise:
         return text
 
 
+def of_residuals(sd: float) -> Noise:
+    """A noise that residuals tell, of any size: a factor of e and more (1) is no per cent misread for a share."""
+    return Noise(sd, by_row=True)
+
+
 class Drawn(NamedTuple):
     """Data sets drawn from a model: n whitened values and k inputs, (b, n), (b, k).
 

@@ -74,7 +74,7 @@ class Rivals:
         """Biases that could stand in for an explanation ``names``, off its own columns."""
         own = self.design.own(names)
         if own not in self._made:
-            rest = {k: v for k, v in self.design.columns.items() if k.split(" in ")[0] not in own}
+            rest = {k: v for k, v in self.design.columns.items() if self.design.recorded_as(k) not in own}
             self._made[own] = Discrepancy.of(rest, self.design.scale, self.slopes, self.design.mix)
         return self._made[own]
 
@@ -100,10 +100,9 @@ class Rivals:
 
         ``alone`` is for pairs: the factor may then differ for one label only, and measured inputs are levers too.
         """
-        inner = tuple(f" in {kind}" for kind in set(self.design.kinds))
         plain: dict[str, Sequence[Any]] = {
             k: v for k, v in self.design.columns.items()
-            if not k.endswith(inner) and k not in (*own, *(ROWS if alone else ("specimen",)))
+            if self.design.recorded_as(k) == k and k not in (*own, *(ROWS if alone else ("specimen",)))
         }
         return self._acting(self._effects(measured=alone), dependences(plain, alone=alone), LEVERS)
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from math import ceil
+from typing import Any
 
 from limitmason.diagnosis.inference.design import Names
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence
@@ -242,8 +243,14 @@ class Verdict:
             return False
         return self.identification.distinct if self.identification is not None else self.kind != "behaves like"
 
-    def without(self, names: Sequence[Names]) -> "Verdict":
-        """The verdict without some explanations, "unexplained" if none is left."""
+    def without(self, names: Sequence[Names], why: str = "withdrawn") -> "Verdict":
+        """The verdict without some explanations, "unexplained" if none is left.
+
+        Parameters
+        ----------
+        names : the explanations
+        why : field that they are told in: "withdrawn", "structured" or "rivalled"
+        """
         left = tuple(n for n in self.kept if n not in set(names))
         tested = {n: replace(t, kept=False) if n in names else t for n, t in self.tested.items()}
         if not left:
@@ -252,7 +259,10 @@ class Verdict:
             kind = self.kind
         else:
             kind = VerdictKind.CAUSE if len(left) == 1 else VerdictKind.EITHER
+        gone = self.identification is not None and self.identification.names in names
+        told: dict[str, Any] = {why: (*names, *getattr(self, why))}
         return replace(
             self, kind=kind, causes=left[0] if left and self.pairs else tuple(n[0] for n in left),
-            pairs=left if self.pairs else (), tested=tested, withdrawn=tuple(names),
+            pairs=left if self.pairs else (), tested=tested, identification=None if gone else self.identification,
+            **told,
         )
