@@ -275,6 +275,7 @@ def _check_units(node: DocumentNode) -> None:
     units = node.get("units")
     if units is None:
         return
+    units.mapping(UNITS)
     for key, unit in units.items():
         if key in UNITS and unit.value != UNITS[key]:
             raise unit.error(f"only {UNITS[key]!r} is read, got {unit.value!r}; convert the numbers")

@@ -87,7 +87,7 @@ def read_svg(
     """
     not_negative("flatness", flatness)
     root = _root(path)
-    by_id = {e.get("id", ""): e for e in root.iter()}
+    by_id = {e.attrib["id"]: e for e in root.iter() if "id" in e.attrib}
     sheet = _style_sheet(root)
     outer = matrix_of(root.get("transform", ""), str(path))
     # the outermost element has the units in which the drawing is read
@@ -147,7 +147,7 @@ def _kind(element: ElementTree.Element) -> str:
 
 def _shapes(
     element: ElementTree.Element, matrix: Array, layer: str | None, path: str | Path,
-    by_id: dict[str, ElementTree.Element], sheet: dict[str, str], room: tuple[float, float], depth: int = 0,
+    by_id: dict[str, ElementTree.Element], sheet: dict[str, str], room: tuple[float, float], depth: int,
 ) -> Iterator[_Shape]:
     """Every visible shape in an element, itself included.
 
@@ -181,7 +181,9 @@ def _shapes(
         inner, room = viewport(element, element, room, where)
         matrix = matrix @ inner
     if kind == "use":
-        link = element.get("href") or element.get(_LINK) or ""
+        link = element.get("href") or element.get(_LINK)
+        if link is None:  # by the standard nothing is drawn
+            return
         target = by_id.get(link.removeprefix("#"))
         if target is None:
             raise InputError(f"{where}: a copy of {link!r}, which is not in the drawing")

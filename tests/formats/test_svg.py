@@ -237,6 +237,7 @@ def test_mortar_of_nothing_is_refused_by_its_name(tmp_path):
 
 @pytest.mark.parametrize("nothing", [
     '<polygon points=""/>', '<line x1="3" y1="3" x2="3" y2="3"/>', '<path d="M3 3L3 3"/>',
+    '<use x="50"/>',  # a copy of nothing, not of what has no id
 ])
 def test_what_has_no_length_draws_nothing(tmp_path, nothing):
     assert [area(o) for o in read(tmp_path, nothing + STONE).outlines] == pytest.approx([0.02])
