@@ -307,5 +307,4 @@ def _finish(ax: Axes, own: bool, xlabel: str, ylabel: str, title: str | None, ca
     style._above(ax, title, style.wrapped(caption, wide).splitlines() if caption else [])
     if handles:
         ax.legend(handles, [str(h.get_label()) for h in handles])
-    figure: Any = ax.figure  # a Figure or a part of one
-    return figure
+    return style.figure_of(ax)

@@ -49,11 +49,13 @@ def plasticity(
     Raises
     ------
     InputError
-        For a curve without zones, and an unknown moment.
+        For a curve without zones, no moment, and an unknown one.
     """
     if not getattr(curve, "zones", ()):
         raise InputError("this curve has no zones: draw the curve of dem.push with blocks='zoned'")
     drawn = one_a_sample([(sample_of(curve, moment), moment) for moment in at])
+    if not drawn:
+        raise InputError("at: name at least one moment: 'peak', 'end' or a sample by number")
     mesh = curve.mesh
     start = curve.zones[0].shift  # displacements count from the first state, at rest under its own weight
     shifts = [curve.zones[i].shift - start for i, _ in drawn]
