@@ -220,7 +220,7 @@ def _arguments(fields: Sequence[Field], values: Mapping[str, Any]) -> list[str]:
     out = []
     for field in fields:
         value = values.get(field.name, "")
-        if value in ("", None, False) or (isinstance(value, str) and not value.strip()):
+        if value is None or value is False or not str(value).strip():
             continue
         if field.alone and _ONE_COMMA.fullmatch(str(value).strip()):
             raise InputError(

@@ -50,8 +50,6 @@ def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] 
                 text = f"{value:.1f}" if value < 9.95 else f"{value:.0f}" if value < 99.5 else ">99"
                 ax.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=min(6.5, 23 * cell), zorder=3,
                         color="white" if value < 1 else style.BLACK, gid="d2")
-    for i in range(count):
-        for j in range(count):
             if i != j and frozenset((names[i], names[j])) in twins:  # framed inside the cell
                 ax.add_patch(Rectangle((j + 0.03, i + 0.03), 0.94, 0.94, fill=False, edgecolor=style.BLACK,
                                        linewidth=1.1, zorder=4, gid="twin"))

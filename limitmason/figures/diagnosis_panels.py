@@ -129,7 +129,7 @@ def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
         f"{_count(result)}, noise {result.noise}{', measured input ' + inputs if inputs else ''}; conditional on a "
         f"list of {len(result.listed)} cause{'s' * (len(result.listed) != 1)}."
     )
-    lines = textwrap.wrap(note, int((_PAGE - 2.0 * style._INSET) / style._LETTER))
+    lines = style.lines_of(note, _PAGE)
     sheet.text(style._INSET, sheet.depth, "\n".join(lines), fontsize=style._SMALL, color=style.FAINT, linespacing=1.3,
                gid="caption")
     sheet.depth += style._LINE * len(lines) + 0.12

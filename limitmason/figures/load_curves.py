@@ -301,10 +301,19 @@ def _finish(ax: Axes, own: bool, xlabel: str, ylabel: str, title: str | None, ca
     ax.set_ylabel(ylabel)
     ax.tick_params(labelsize=7.5, width=0.5, length=2.5, which="both")
     handles, _ = ax.get_legend_handles_labels()
+    return finished_diagram(ax, own, title, caption, handles)
+
+
+def finished_diagram(ax: Axes, own: bool, title: str | None, text: str | None, handles: list[Any]) -> Figure:
+    """The figure of a diagram, with title, caption ``text`` and a legend of ``handles``.
+
+    ``own`` tells whether its page was made here, which grows by them; axes of the caller keep the size of their page.
+    """
+    figure = style.figure_of(ax)
     if own:
-        return style.finished(style.figure_of(ax), title, caption, handles)
-    wide = style.figure_of(ax).get_size_inches()[0] * ax.get_position().width
-    style._above(ax, title, style.wrapped(caption, wide).splitlines() if caption else [])
+        return style.finished(figure, title, text, handles)
+    wide = float(figure.get_size_inches()[0]) * ax.get_position().width
+    style._above(ax, title, style.wrapped(text, wide).splitlines() if text else [])
     if handles:
-        ax.legend(handles, [str(h.get_label()) for h in handles])
-    return style.figure_of(ax)
+        ax.legend(handles=handles)
+    return figure
