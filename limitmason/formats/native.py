@@ -255,7 +255,10 @@ def read_json(path: str | Path) -> Model:
         raise node.error("give exactly one of 'outlines' (with 'thickness') and 'blocks'")
     if ("interfaces" in node) == ("joint" in node):
         raise node.error("give exactly one of 'joint' and 'interfaces' (with 'joint_laws')")
-    for key, other in (("names", "outlines"), ("thickness", "outlines"), ("joint_laws", "interfaces")):
+    pairs = (
+        ("names", "outlines"), ("thickness", "outlines"), ("materials", "blocks"), ("joint_laws", "interfaces"),
+    )
+    for key, other in pairs:
         if key in node and other not in node:
             raise node[key].error(f"goes with {other!r}, which are not there; leave it out")
     try:
