@@ -331,6 +331,7 @@ def _simple(node: DocumentNode) -> Assembly:
 
 
 def _recipe(node: DocumentNode) -> dict[str, Any]:
+    """How the structure was made, as its file says it: any plain data by key."""
     return restored(node.mapping())
 
 

@@ -281,4 +281,5 @@ def _fan(corners: Array) -> float:
 
 
 def _without_repeats(face: list[int]) -> tuple[int, ...]:
+    """Corners of a face, by number, of which none repeats the one before."""
     return tuple(i for k, i in enumerate(face) if i != face[k - 1])

@@ -142,6 +142,7 @@ def _room(root: ElementTree.Element) -> tuple[float, float]:
 
 
 def _kind(element: ElementTree.Element) -> str:
+    """Tag of an element without its namespace, such as "rect"; empty for a comment."""
     return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
 
 
