@@ -136,6 +136,7 @@ def history_curves(
     KeyError
         For a name that the history does not have.
     """
+    names = names if isinstance(names, str) else list(names)
     if not names or isinstance(names, str):
         raise InputError(f"name at least one quantity to draw, in a list, got {names!r}")
     units = units or {}

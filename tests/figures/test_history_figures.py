@@ -109,7 +109,7 @@ def test_history_curves_draw_every_quantity_and_leave_non_positive_values_out_of
     figure = figures.history_curves(pushed, ("kinetic", "friction"), units={"kinetic": "J", "friction": "J"})
     assert artist(figure, "curve friction").get_ydata() == pytest.approx(pushed["friction"])
     assert figure.axes[0].get_ylabel() == "[J]"
-    figure = figures.history_curves({"step": [0, 1, 2], "f": [0.0, 1.0, 10.0]}, ["f"], log=True)
+    figure = figures.history_curves({"step": [0, 1, 2], "f": [0.0, 1.0, 10.0]}, iter(["f"]), log=True)
     assert np.isnan(artist(figure, "curve f").get_ydata()).tolist() == [True, False, False]
 
 
@@ -244,6 +244,9 @@ def test_cracks_are_drawn_of_walls_alone():
     )
     with pytest.raises(InputError, match="no plane of its own"):
         figures.cracks(curve, at=("end",))
+    for draw in (figures.cracks, figures.plasticity):
+        with pytest.raises(InputError, match="at must be a list, got 'peak'"):  # no moment 'p'
+            draw(types.SimpleNamespace(assembly=two, failed=(), zones=("one",)), at="peak")
     with pytest.raises(InputError, match="name at least one moment"):
         figures.plasticity(types.SimpleNamespace(zones=("one",)), at=())
 
