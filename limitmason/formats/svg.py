@@ -149,6 +149,7 @@ def _kind(element: ElementTree.Element) -> str:
 def _shapes(
     element: ElementTree.Element, matrix: Array, layer: str | None, path: str | Path,
     by_id: dict[str, ElementTree.Element], sheet: dict[str, str], room: tuple[float, float], depth: int,
+    visible: bool = True,
 ) -> Iterator[_Shape]:
     """Every visible shape in an element, itself included.
 
@@ -162,10 +163,15 @@ def _shapes(
     sheet : declarations of the style sheet, see :func:`_style_sheet`
     room : width and height of the drawing around the element, in its units
     depth : number of elements around this one
+    visible : whether those around it are, which holds where it does not say otherwise
     """
     kind = _kind(element)
     look = _look(element, sheet)
-    if kind in _NO_DRAWING or look.get("display") == "none" or look.get("visibility") == "hidden":
+    if kind in _NO_DRAWING or look.get("display") == "none":
+        return
+    visible = {"visible": True, "hidden": False, "collapse": False}.get(look["visibility"], visible)
+    # what is hidden may hold parts that say "visible": these are shown
+    if not visible and not any(_look(part, sheet)["visibility"] == "visible" for part in element.iter()):
         return
     where = f"{path}: {kind} {element.get('id') or element.get(_LABEL) or ''}".rstrip()
     if look.get("transform", "none") != "none":
@@ -197,12 +203,12 @@ def _shapes(
             inner = np.eye(3)
             inner[:2, 2] = [number_of(element.get(k, "0"), where) for k in ("x", "y")]
         for child in copied:
-            yield from _shapes(child, matrix @ inner, layer, path, by_id, sheet, room, depth + 1)
+            yield from _shapes(child, matrix @ inner, layer, path, by_id, sheet, room, depth + 1, visible)
         return
-    if kind in ("path", "polygon", "polyline", "rect", "circle", "ellipse", "line"):
+    if visible and kind in ("path", "polygon", "polyline", "rect", "circle", "ellipse", "line"):
         yield _Shape(element, kind, layer or _NO_LAYER, matrix, where)
     for child in element:
-        yield from _shapes(child, matrix, layer, path, by_id, sheet, room, depth + 1)
+        yield from _shapes(child, matrix, layer, path, by_id, sheet, room, depth + 1, visible)
 
 
 def _style_sheet(root: ElementTree.Element) -> dict[str, str]:
