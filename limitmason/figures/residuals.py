@@ -41,6 +41,11 @@ def written(name: str) -> str:
     return name.replace("$", r"\$")
 
 
+def shortened(text: str, letters: int) -> str:
+    """A text of so many letters at most, ending in dots where more would follow."""
+    return text if len(text) <= letters else f"{text[: letters - 1]}…"
+
+
 def with_unit(name: str, units: Mapping[str, str]) -> str:
     """A covariate with its unit in brackets, where it has one."""
     unit = units.get(name, "")
@@ -106,7 +111,7 @@ def residual_panel(
         ax.set_xticks([])
         if len(known) <= LABELS:
             room = max(int(width / len(known) / _LETTER), 4)
-            ax.set_xticks(range(len(known)), [written(v if len(v) <= room else v[: room - 1] + "…") for v in known])
+            ax.set_xticks(range(len(known)), [written(shortened(v, room)) for v in known])
     for kind, marker, dashes in zip(dict.fromkeys(kind_of.tolist()), MARKERS, LINES, strict=False):
         inside = kind_of == kind
         for at, height in _trend_lines(x[inside], values[inside], trend, numeric=numeric):

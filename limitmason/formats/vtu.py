@@ -90,8 +90,9 @@ def write_vtu(
     if amplitude is not None:
         finite("amplitude", amplitude)
     target = named_path(path)
-    moves = prediction is not None and prediction.mechanism is not None
-    twists = checked_twists(assembly, prediction) if moves else None
+    twists = None
+    if prediction is not None and prediction.mechanism is not None:
+        twists = checked_twists(assembly, prediction)
     written = [target]
     _write(target, *_blocks(assembly, twists, amplitude), encoding, [b.name for b in assembly.blocks])
     if assembly.interfaces:

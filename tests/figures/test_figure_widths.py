@@ -79,6 +79,18 @@ def test_widths_of_no_page_and_figures_of_several_panels_are_refused():
         assert notebook.html(test) == ""
 
 
+@pytest.mark.parametrize(("letters", "width"), [(40, 60.0), (60, 89.0), (110, None), (12, None)])
+def test_long_names_of_causes_leave_room_for_the_map(letters, width):
+    names = [f"{'a cause of many words ' * 5}"[: letters - 1] + str(k) for k in range(6)]
+    far = SimpleNamespace(names=names, d2=np.full((6, 6), 12.0), twins=(), invisible=())
+    with figures.print_style(width=width):
+        figure = figures.confusable(far)
+    words = [t for t, box in texts(figure) if t.startswith("a cause") and box.x0 >= 0.0]
+    assert len(words) == 6
+    assert all(("…" in t) == (letters > 12) for t in words)
+    assert figure.axes[0].get_position().width * figure.get_size_inches()[0] > 0.3
+
+
 def test_a_verdict_by_peaks_is_as_wide_as_asked_for_and_one_of_two_panels_refuses():
     verdict = lm.assess(WALL, LOADS, GroundSpectrum(0.15, 2.45, 0.28), confidence_factor=1.0)
     with figures.print_style(width=120.0):
