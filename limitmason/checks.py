@@ -23,9 +23,9 @@ def finite(name: str, value: object) -> float:
     """
     try:
         number = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         number = math.nan
-    if not math.isfinite(number) or isinstance(value, str | bool | np.bool_):
+    if not math.isfinite(number) or isinstance(value, str | bytes | bool | np.bool_):
         raise InputError(f"{name} must be a finite number, got {value!r}")
     return number
 
@@ -59,13 +59,17 @@ def law_number(name: str, value: Any, *, endless: bool = False, signed: bool = F
     """
     # a numpy scalar or an array of one number is a number too; True and False, numbers to Python, are none
     single = isinstance(value, (int, float)) or (hasattr(value, "__float__") and getattr(value, "size", 1) == 1)
-    if isinstance(value, bool) or not single:
+    if isinstance(value, bool | np.bool_) or not single:
         raise InputError(f"{name} must be a number, got {value!r}")
-    if math.isnan(float(value)):
+    try:
+        number = float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        raise InputError(f"{name} must be finite") from None
+    if math.isnan(number):
         raise InputError(f"{name} is NaN")
-    if float(value) < 0.0 and not signed:
+    if number < 0.0 and not signed:
         raise InputError(f"{name} = {value} must not be negative")
-    if math.isinf(float(value)) and not endless:
+    if math.isinf(number) and not endless:
         raise InputError(f"{name} must be finite")
 
 

@@ -225,7 +225,7 @@ def readable(lines: list[str]) -> list[str]:
         if line.strip() and not indented:
             literal = False
         apart = number > 0 and not lines[number - 1].strip()
-        if indented and apart and not literal and _last_text(out, line) and not line.lstrip().startswith((">>>", "- ")):
+        if indented and apart and not literal and _opens_equation(out) and not line.lstrip().startswith((">>>", "- ")):
             out += ["::", ""]
             literal = True
         plain = literal or line.lstrip().startswith((">>>", "..."))
@@ -233,10 +233,10 @@ def readable(lines: list[str]) -> list[str]:
     return out
 
 
-def _last_text(out: list[str], line: str) -> bool:
-    """Whether the last line of text stands less deep than a line and opens no literal block of its own."""
+def _opens_equation(out: list[str]) -> bool:
+    """Whether an indented line may follow as an equation: the last text is not indented and opens no block itself."""
     last = next((x for x in reversed(out) if x.strip()), "    ")
-    return not last.startswith("    ") and not last.endswith("::") and not set(last.strip()) <= {"-"} and bool(line)
+    return not last.startswith("    ") and not last.endswith("::") and not set(last.strip()) <= {"-"}
 
 
 def names_of(module: ModuleType) -> list[str]:

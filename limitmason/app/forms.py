@@ -157,7 +157,7 @@ def experiment_fields(source: str, specimen: str) -> tuple[Field, ...]:
     for name, option in table.items():
         # without a default it is a number too: words have one, or choices
         number = not (isinstance(option.default, str) or option.choices)
-        tick = True in option.choices
+        tick = any(choice is True for choice in option.choices)  # 1 equals True too
         out.append(Field(
             name, "tick" if tick else "number" if number else "word", option.unit if number else "", option.meaning,
             default=str(option.default), choices=() if tick else tuple(map(str, option.choices)), first=True,

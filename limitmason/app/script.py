@@ -23,7 +23,6 @@ _LONGEST = 118  # characters of a line of the script
 _NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?", re.ASCII)  # as Python writes numbers
 _ONE_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")
 _DIGITS = 40  # characters that no number needs: longer ones stay texts, which the call refuses
-_NONE = "none"  # typed where a word may stand: None
 
 
 class ScriptLine(NamedTuple):
@@ -169,7 +168,8 @@ def _experiment(structure: Mapping[str, Any], values: Mapping[str, Any]) -> list
     at, specimen = _word(structure, "source"), _word(structure, "specimen")
     if at not in registry.sources() or specimen not in registry.specimens(at):
         raise InputError(f"there is no packaged experiment {at}/{specimen}")
-    given = _arguments(experiment_fields(at, specimen), values)
+    # "none" may be a value of an option, such as a residual strength; None is written as it is offered
+    given = _arguments(experiment_fields(at, specimen), values, none="None")
     return [
         ScriptLine(f"test = lm.experiments.load({', '.join([_quoted(at), _quoted(specimen), *given])})", "structure"),
         ScriptLine("wall, loads = test.assembly(), test.loads()", "structure"),
@@ -209,10 +209,11 @@ def _filled(call: Call, values: Mapping[str, Any], *more: str, before: Sequence[
     return line if len(line) <= _LONGEST else f"{call.target}(\n" + "".join(f"    {g},\n" for g in given) + ")"
 
 
-def _arguments(fields: Sequence[Field], values: Mapping[str, Any]) -> list[str]:
+def _arguments(fields: Sequence[Field], values: Mapping[str, Any], none: str | None = None) -> list[str]:
     """Keyword arguments of a call, from those of its ``fields`` that are filled in.
 
-    ``values`` are what was typed, by name of the field; a name that no field has is refused.
+    ``values`` are what was typed, by name of the field; a name that no field has is refused. ``none`` is that of
+    :func:`literal`.
     """
     unknown = set(values) - {f.name for f in fields}
     if unknown:
@@ -220,17 +221,17 @@ def _arguments(fields: Sequence[Field], values: Mapping[str, Any]) -> list[str]:
     out = []
     for field in fields:
         value = values.get(field.name, "")
-        if value in ("", None, False) or (isinstance(value, str) and not value.strip()):
+        if value is None or value is False or not str(value).strip():
             continue
         if field.alone and _ONE_COMMA.fullmatch(str(value).strip()):
             raise InputError(
                 f"{field.name}: {value!r} may be one number or two: write a decimal point, or a blank behind the comma"
             )
-        out.append(f"{field.name}={literal(value, field.kind)}")
+        out.append(f"{field.name}={literal(value, field.kind, none)}")
     return out
 
 
-def literal(value: Any, kind: str) -> str:
+def literal(value: Any, kind: str, none: str | None = None) -> str:
     """Source of what was typed into a field.
 
     What is no number stays a text, so that the call itself says what is wrong with it.
@@ -239,6 +240,7 @@ def literal(value: Any, kind: str) -> str:
     ----------
     value : what was typed
     kind : of the field, as in :class:`~limitmason.app.forms.Field`
+    none : the only word that is None; by default it is "none", in upper and lower case alike
     """
     if kind == "tick":
         return repr(bool(value))
@@ -252,7 +254,8 @@ def literal(value: Any, kind: str) -> str:
         return f"[{', '.join(_quoted(line.strip()) for line in text.splitlines() if line.strip())}]"
     if kind == "list" or (kind == "words" and len(parts) > 1):
         return f"({', '.join(map(_quoted, parts))}{',' if len(parts) == 1 else ''})"
-    return "None" if text.lower() == _NONE else _quoted(text)
+    is_none = text.lower() == "none" if none is None else text == none
+    return "None" if is_none else _quoted(text)
 
 
 def _number(text: str) -> str:

@@ -56,7 +56,11 @@ def _check(options: argparse.Namespace) -> int:
         if found is not None:
             floats = f"{found.floating} of {len(report.floating)} blocks float" if found.floating else "no block floats"
             units = f" --scale {scale:g}" if scale is not None else ""
-            console.show_text(f"{found.why}: try `limitmason check {path}{units} {found.flags}`; then {floats}")
+            # with what was typed: the proposal was measured so
+            typed = {"thickness": options.thickness, "layers": options.layers}
+            flags = found._replace(options={k: v for k, v in typed.items() if v is not None} | found.options).flags
+            file = f'"{path}"' if " " in str(path) else path
+            console.show_text(f"{found.why}: try `limitmason check {file}{units} {flags}`; then {floats}")
     console.show_text(f"{title}: {report}")
     doubts = [w for w in caught if issubclass(w.category, PlausibilityWarning)]
     # what the report lists block by block needs no second mention

@@ -21,8 +21,6 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     compare = console.command(
         commands, "compare", _compare, target="", help="several theories, and a test, side by side"
     )
-    compare.add_argument("--methods", nargs="+", choices=known, default=list(COMPARED_METHODS),
-                         metavar="METHOD", help=f"out of {', '.join(known)}; default: the four theories")
     compare.add_argument("--measured", type=float, nargs="+", metavar="LAMBDA",
                          help="multiplier of the test: one value, low and high, or low, value and high")
     compare.add_argument("--store", type=Path, metavar="FOLDER", help="keep answers here and go on after a kill")
@@ -41,8 +39,9 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     )
     report.add_argument("-o", "--output", type=console.page_file, default=Path("report.html"), metavar="FILE",
                         help="default: report.html")
-    report.add_argument("--methods", nargs="+", choices=known, default=list(COMPARED_METHODS), metavar="METHOD",
-                        help=f"out of {', '.join(known)}; default: the four theories")
+    for parser in (compare, report):
+        parser.add_argument("--methods", nargs="+", choices=known, default=list(COMPARED_METHODS), metavar="METHOD",
+                            help=f"out of {', '.join(known)}; default: the four theories")
     report.add_argument("--title", help="heading; by default the name of the target")
     console.drawing_options(report)
 

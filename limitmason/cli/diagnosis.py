@@ -273,24 +273,24 @@ def load_object(text: str, what: str) -> Any:
         sys.path.remove(folder)
         sys.path.insert(0, folder)
     try:
-        return _imported(text, what)
+        return _imported(module, name, f"{what} {text}")
     except Exception:
         # the folder of a file that is refused must not hide modules of its names from processes that start later
         sys.path[:] = before
         raise
 
 
-def _imported(text: str, what: str) -> Any:
-    """The object, as :func:`load_object`, whose folder is on the path.
+def _imported(module: str, name: str, typed: str) -> Any:
+    """The object of a module, as :func:`load_object`, whose folder is on the path.
 
     Parameters
     ----------
-    text : "module:name" or "file.py:name", as typed
-    what : the option, for errors
+    module : its name, or that of its file, which ends in .py
+    name : of the object
+    typed : the option and what was typed, for errors
     """
     from limitmason.diagnosis.simulator_calls import note_user_code
 
-    module, _, name = text.rpartition(":")
     path = Path(module)
     is_file = path.suffix == ".py"
     try:
@@ -298,19 +298,19 @@ def _imported(text: str, what: str) -> Any:
     except ModuleNotFoundError as error:
         # the module is there, but not one that it imports
         if error.name is None or error.name.split(".")[0] != module.split(".")[0]:
-            note_user_code(error, f"{what} {text}: {path} needs a module that is not there")
+            note_user_code(error, f"{typed}: {path} needs a module that is not there")
             raise
-        raise InputError(f"{what} {text}: {error}; give module:name or file.py:name") from None
+        raise InputError(f"{typed}: {error}; give module:name or file.py:name") from None
     except Exception as error:  # whatever the user's module may raise
-        note_user_code(error, f"{what} {text}: {path} fails when it is imported")
+        note_user_code(error, f"{typed}: {path} fails when it is imported")
         raise
     if is_file:
         # a module of that name was imported already, or comes first on the path
         if _file_of(found) != path.resolve():
-            raise InputError(f"{what} {text}: another module is called {path.stem}: give the file another name")
+            raise InputError(f"{typed}: another module is called {path.stem}: give the file another name")
         _FROM_FILES.add(path.stem)
     if not hasattr(found, name):
-        raise InputError(f"{what} {text}: {module} has no {name!r}")
+        raise InputError(f"{typed}: {module} has no {name!r}")
     return getattr(found, name)
 
 

@@ -127,17 +127,17 @@ def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | Non
     Parameters
     ----------
     path : of the figure
-    kind : "assembly", "mechanism" or "forces"
+    kind : "mechanism" or "forces"; of no meaning for an assembly alone
     assembly : to be drawn
-    prediction : whose mechanism or forces are drawn; None for none, which is told
+    prediction : whose mechanism or forces are drawn; None for an assembly alone
     title : of the figure
     view : "auto", "elevation" or "3d"
     dpi : dots per inch
     """
-    if kind == "assembly":
+    if prediction is None:
         figure = lm.figures.assembly(assembly, title=title, view=view)
-    elif prediction is None or (prediction.mechanism is None and prediction.resultants is None):
-        console.say(f"no figure: {'without an answer' if prediction is None else prediction.status}")
+    elif prediction.mechanism is None and prediction.resultants is None:
+        console.say(f"no figure: {prediction.status}")
         return
     elif kind == "mechanism":
         if prediction.mechanism is None:

@@ -183,7 +183,8 @@ def _short(value: Any) -> str:
         return repr(value if len(value) <= _WIDE else f"{value[: _WIDE - 3]}...")
     inside = ""
     # the very types: a named tuple is shown by its own line
-    if type(value) in (tuple, list, set, frozenset) and len(value) <= _FEW:
+    row = type(value) in (tuple, list, set, frozenset)
+    if row and len(value) <= _FEW:
         first, last = "()" if type(value) is tuple else "[]" if type(value) is list else "{}"
         comma = "," if type(value) is tuple and len(value) == 1 else ""
         inside = f"{first}{', '.join(map(_short, value))}{comma}{last}"
@@ -191,7 +192,7 @@ def _short(value: Any) -> str:
         inside = "{" + ", ".join(f"{_short(k)}: {_short(v)}" for k, v in value.items()) + "}"
     elif callable(value) and not dataclasses.is_dataclass(value):
         inside = f"<{getattr(value, '__name__', type(value).__name__)}>"
-    elif not (type(value) in (tuple, list, set, frozenset) or isinstance(value, Mapping)):
+    elif not (row or isinstance(value, Mapping)):
         inside = repr(value)
     if inside and len(inside) <= _WIDE and "\n" not in inside:
         return inside

@@ -185,7 +185,7 @@ def show_progress(mode: bool | str = AUTO) -> AbstractContextManager[object]:
     InputError
         For another word.
     """
-    said = {True: ALWAYS, False: NEVER}.get(mode, mode) if isinstance(mode, bool) else mode
+    said = (ALWAYS if mode else NEVER) if isinstance(mode, bool) else mode
     if said not in MODES:
         raise InputError(f"show_progress takes True, False or one of {', '.join(MODES)}, got {mode!r}")
     after = ExitStack()  # at the end of a with block the mode is again what it was

@@ -72,55 +72,44 @@ class SolidView:
 
     def page_bounds(self, blocks: Index) -> Array:
         """Lowest and highest page coordinates of some blocks [m], shape (2, 2)."""
-        points = np.concatenate([self.view.project(p.vertices) for p, i in zip(self.pieces, self.owner, strict=True)
-                                 if i in set(blocks.tolist())])
+        rows = np.flatnonzero(np.isin(self.owner, blocks)).tolist()
+        points = np.concatenate([self.view.project(self.pieces[k].vertices) for k in rows])
         return np.array([points.min(axis=0), points.max(axis=0)])
 
 
 class _Ink:
-    """Paths with colours and widths [points], in the order of painting."""
+    """Paths with colours, widths [pt] and dashes, a row each, in the order of painting."""
 
     def __init__(self) -> None:
         """Begin without paths."""
-        self.paths: list[Path] = []
-        self.face: list = []
-        self.edge: list = []
-        self.width: list[float] = []
-        self.dash: list = []
+        self.rows: list[tuple[Path, Any, Any, float, Any]] = []  # path, colours of face and edge, width, dashes
 
     def area(self, points: Array, colour: Any, width: float) -> None:
         """Add a filled polygon, ``points`` on the page, (n, 2), with a line of its own.
 
         ``width`` is that of the line [pt].
         """
-        self._add(Path(np.vstack([points, points[:1]]), closed=True), colour, colour, width)
+        self.rows.append((Path(np.vstack([points, points[:1]]), closed=True), colour, colour, width, "-"))
 
     def strokes(self, segments: list[Array], colour: Any, width: float, *, dashed: bool = False) -> None:
         """Add lines of a colour between pairs of ends, ``segments``; ``width`` in points."""
         if segments:
             codes = [Path.MOVETO, Path.LINETO] * len(segments)
             dash = (0.0, (3.0, 2.0)) if dashed else "-"
-            self._add(Path(np.concatenate(segments), codes), "none", colour, width, dash)
-
-    def _add(self, path: Path, face: Any, edge: Any, width: float, dash: Any = "-") -> None:
-        """Add a path with its colours, width in points and dashes."""
-        self.dash.append(dash)
-        self.paths.append(path)
-        self.face.append(face)
-        self.edge.append(edge)
-        self.width.append(width)
+            self.rows.append((Path(np.concatenate(segments), codes), "none", colour, width, dash))
 
     def collection(self, **options: Any) -> PathCollection:
         """All paths as one collection, in the order in which they were added."""
+        paths, face, edge, width, dash = (list(column) for column in zip(*self.rows, strict=True))
         return PathCollection(
-            self.paths, facecolors=self.face, edgecolors=self.edge, linewidths=self.width, linestyles=self.dash,
-            capstyle="round", joinstyle="round", **options,
+            paths, facecolors=face, edgecolors=edge, linewidths=width, linestyles=dash, capstyle="round",
+            joinstyle="round", **options,
         )
 
 
 def draw_solids(
-    ax: Axes, scene: SolidView, width: float, *, moving: Flags, joints: MovingJoints | None = None,
-    before: SolidView | None = None, ghosts: Flags | None = None, outline: str = style.OUTLINE,
+    ax: Axes, scene: SolidView, width: float, *, moving: Flags, joints: MovingJoints | None, before: SolidView,
+    ghosts: Flags, outline: str,
 ) -> None:
     """Draw all blocks from back to front, with moving joints where they show.
 
@@ -130,53 +119,52 @@ def draw_solids(
     width : of outlines [pt]
     moving : blocks in the colour of stone, shape (n,); the others are pale, fixed ones grey
     joints : to be marked, None for no marks
-    before, ghosts : the blocks where they were, and those of which dashed edges are drawn; edges that displaced blocks
-        cover do not show
+    before : the blocks at rest
+    ghosts : blocks of which dashed edges at rest are drawn, shape (n,); edges that displaced blocks cover do not show
     outline : colour of edges
     """
     fixed = scene.assembly.fixed
     marks = _joint_marks(scene, joints)
-    ghost_pieces = [] if before is None or ghosts is None else np.flatnonzero(ghosts[before.owner]).tolist()
-    was = before or scene
+    ghost_pieces = np.flatnonzero(ghosts[before.owner]).tolist()
     ink = _Ink()
     if len(ghost_pieces) > _MANY_GHOSTS:  # drawn first, under all blocks
         for piece in ghost_pieces:
-            ink.strokes(_edge_strokes(was, piece, set(was.facing(piece))), style.GHOST, 0.8 * width)
+            ink.strokes(_edge_strokes(before, piece), style.GHOST, 0.8 * width)
         ghost_pieces = []
     order = back_to_front(scene.pieces, scene.faces, scene.view)
     waiting: dict[int, list[int]] = {}  # ghosts by the place in the order before which they are painted
-    outlines = [was.pieces[p] for p in ghost_pieces]
+    outlines = [before.pieces[p] for p in ghost_pieces]
     places = places_behind(order, scene.pieces, outlines, scene.view) if outlines else []
     for ghost, place in zip(ghost_pieces, places, strict=True):
         waiting.setdefault(place, []).append(ghost)
-    for place, piece in enumerate(order):
+
+    def draw_ghosts(place: int) -> None:
+        """Dash the edges of ghosts that come before this place in the order."""
         for ghost in waiting.get(place, ()):
-            strokes = _edge_strokes(was, ghost, set(was.facing(ghost)))
-            ink.strokes(strokes, style.GHOST, 0.8 * width, dashed=True)
+            ink.strokes(_edge_strokes(before, ghost), style.GHOST, 0.8 * width, dashed=True)
+
+    for place, piece in enumerate(order):
+        draw_ghosts(place)
         block = int(scene.owner[piece])
         colour = style.FIXED if fixed[block] else style.STONE if moving[block] else style.STILL
         solid = scene.pieces[piece]
-        visible = scene.facing(piece)
-        for k in visible:
+        for k in scene.facing(piece):
             # its line of 0.25 pt closes the seam to the next face
             ink.area(scene.view.project(solid.vertices[list(solid.faces[k])]),
                      _shaded(colour, scene.faces.normal[piece, k], scene.view), width=0.25)
-        ink.strokes(_edge_strokes(scene, piece, set(visible)), outline, width)
+        ink.strokes(_edge_strokes(scene, piece), outline, width)
         for strokes, tint in marks.get(piece, ()):
             ink.strokes(strokes, tint, 1.6 * width + 0.5)
-    for ghost in waiting.get(len(order), ()):
-        ink.strokes(_edge_strokes(was, ghost, set(was.facing(ghost))), style.GHOST, 0.8 * width, dashed=True)
+    draw_ghosts(len(order))  # those that nothing hides
     ax.add_collection(ink.collection(gid="blocks", zorder=2.0))
 
 
-def _edge_strokes(scene: SolidView, piece: int, visible: set[int]) -> list[Array]:
-    """Ends on the page [m] of a piece's edges at visible faces, shape (2, 2) each.
+def _edge_strokes(scene: SolidView, piece: int) -> list[Array]:
+    """Ends on the page [m] of a piece's edges at faces that the viewer sees, shape (2, 2) each.
 
-    Parameters
-    ----------
-    piece, visible : numbers of the piece, and of its faces that the viewer sees
+    ``piece`` is its number.
     """
-    block = int(scene.owner[piece])
+    block, visible = int(scene.owner[piece]), set(scene.facing(piece))
     edges: list[Edge] = [e for e in scene.edges[piece] if visible.intersection(e.faces)]
     if not edges:
         return []
@@ -259,7 +247,7 @@ def _shaded(colour: str, normal: Array, view: Camera) -> tuple[float, float, flo
     return red, green, blue
 
 
-def draw_triad(ax: Axes, view: Camera, corner: Array, length: float, width: float = 0.8) -> None:
+def draw_triad(ax: Axes, view: Camera, corner: Array, length: float) -> None:
     """Draw the axes x, y and z as arrows of one length: the scale of the drawing.
 
     Parameters
@@ -267,11 +255,10 @@ def draw_triad(ax: Axes, view: Camera, corner: Array, length: float, width: floa
     view : from where the structure is seen
     corner : where they start on the page [m], shape (2,)
     length : of each in space [m]
-    width : of their lines [pt]
     """
     for name, direction in (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0))):
         tip = corner + length * view.project(np.array([direction]))[0]
-        arrow = {"arrowstyle": "-|>", "linewidth": width, "color": style.FAINT, "shrinkA": 0.0, "shrinkB": 0.0}
+        arrow = {"arrowstyle": "-|>", "linewidth": 0.8, "color": style.FAINT, "shrinkA": 0.0, "shrinkB": 0.0}
         ax.annotate("", tuple(tip), tuple(corner), arrowprops={**arrow, "mutation_scale": 6.0})
         beyond = corner + 1.2 * (tip - corner)
         ax.text(beyond[0], beyond[1], name, fontsize=7.0, color=style.FAINT, ha="center", va="center")
@@ -294,10 +281,10 @@ class Layout:
     ----------
     scene : what is drawn
     bounds : its lowest and highest place on the page [m], shape (2, 2)
-    ax : axes of the caller, whose size is that of the page
+    ax : axes of the caller, whose size is that of the page; None for a new page
     """
 
-    def __init__(self, scene: SolidView, bounds: Array, ax: Axes | None = None) -> None:
+    def __init__(self, scene: SolidView, bounds: Array, ax: Axes | None) -> None:
         """Fit the drawing on its page, and find a free corner and a length for the axes."""
         self.view = scene.view
         span = np.ptp(bounds, axis=0)

@@ -18,7 +18,7 @@ from limitmason.checks import choice
 from limitmason.figures import elevation, style
 from limitmason.figures.assembly_in_space import Layout, SolidView, block_size, draw_solids
 from limitmason.figures.outline import elevation_plane, wall_plane
-from limitmason.figures.painter import VIEWPOINT_DEG, camera
+from limitmason.figures.painter import VIEWPOINT_DEG, camera, viewpoint
 from limitmason.figures.tie_lines import draw_ties
 from limitmason.mechanics.plane import Plane
 from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion, structure_size
@@ -66,7 +66,7 @@ class Canvas:
         else:
             if viewpoint_deg is None:
                 viewpoint_deg = VIEWPOINT_DEG if twists is None else _corner_they_move_to(model, twists)
-            self.camera = camera(*viewpoint_deg)
+            self.camera = camera(*viewpoint(viewpoint_deg))
             self.before = SolidView(model, self.camera)
             self._motion = motions[0]
             self._scene = self._moved(self._motion)

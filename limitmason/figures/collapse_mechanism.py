@@ -36,7 +36,7 @@ def assembly(
     ----------
     model : the assembly
     view : "elevation", "3d", or "auto": elevation for a single leaf of prisms, otherwise 3-D
-    labels : write the block names (elevation) [-]
+    labels : write the block names, in elevation alone
     title : heading
     ax : axes to draw on; a new figure when not given
     viewpoint_deg : azimuth, from x towards y, and elevation of the viewer in 3-D [deg]

@@ -23,7 +23,7 @@ _MANY = 12  # points up to which each has its name beside it
 _SIDE = 4.0  # of the square [in]
 
 _ROW, _REACH = 0.034, 0.16
-"""Height of a name beside a point, and how far it reaches along the axis, over the side of the square [-]."""
+"""Height of a name beside a point, and how far it reaches along the axis, over a square of ``_SIDE`` [-]."""
 
 _ON_LINE = 0.02
 """Relative difference up to which a point lies on the 1:1 line, as far as can be seen [-]."""
@@ -182,7 +182,8 @@ def predicted_against_published(
     x = np.array([r.published[1] for r in finite])
     y = np.array([r.predicted[1] for r in finite])
     with np.errstate(divide="ignore", invalid="ignore"):
-        inside = np.abs(y - x) <= band * np.abs(x) + 1e-12  # a point on the edge is inside
+        # a point on the edge is inside, whatever its last digits are
+        inside = np.abs(y - x) <= band * np.abs(x) + 1e-12 * np.maximum(np.abs(x), np.abs(y))
         ratio = np.where(x != 0.0, y / x, np.nan)
     # all are named, or else those outside the band
     named = labels == "all" or (labels == "auto" and len(finite) <= _MANY)
@@ -193,7 +194,8 @@ def predicted_against_published(
     ax.set_xlim(low, high)
     ax.set_ylim(low, high)
     sides = {g: k % 2 == 1 for k, g in enumerate(groups)}  # names on the 1:1 line stand left for every second group
-    _label_points(ax, [(finite[i].label, x[i], y[i], sides[finite[i].group]) for i in chosen], (low, high), log)
+    points = [(finite[i].label, x[i], y[i], sides[finite[i].group]) for i in chosen]
+    _label_points(ax, points, (low, high), log, page.inch)
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel(f"{published} {quantity}".strip())
     ax.set_ylabel(f"{predicted} {quantity}".strip())
@@ -244,7 +246,7 @@ def _draw_group(ax: Axes, rows: list[ComparedValue], group: str, k: int) -> Any:
 
 
 def _label_points(
-    ax: Axes, points: list[tuple[str, float, float, bool]], limits: tuple[float, float], log: bool
+    ax: Axes, points: list[tuple[str, float, float, bool]], limits: tuple[float, float], log: bool, side: float
 ) -> None:
     """Write names beside points: above the 1:1 line to the left, below to the right.
 
@@ -256,24 +258,25 @@ def _label_points(
     points : text, x and y of every point, and whether its name stands left where it lies on the line
     limits : ends of both axes
     log : whether both axes are logarithmic
+    side : of the square [in]
     """
     low, high = (np.log(limits[0]), np.log(limits[1])) if log else limits
-    row = _ROW * (high - low)
+    row, reach = (share * _SIDE / side * (high - low) for share in (_ROW, _REACH))
     for left in (True, False):
-        side = [
+        own = [
             (text, x, y) for text, x, y, left_on_line in points
             if left == (left_on_line if abs(y - x) <= _ON_LINE * abs(x) else y > x)
         ]
         placed: list[tuple[float, float]] = []  # places of points along x, and of their names along y
-        for text, x, y in sorted(side, key=lambda p: (p[2], p[1])):
+        for text, x, y in sorted(own, key=lambda p: (p[2], p[1])):
             u, v = (np.log(x), np.log(y)) if log else (x, y)  # place of the point along both axes
             at = v  # place of its name along y
-            near = [q for p, q in placed if abs(p - u) < _REACH * (high - low)]
+            near = [q for p, q in placed if abs(p - u) < reach]
             while any(abs(at - q) < row for q in near):
                 # up to the lowest place clear of a name in the way, a little more so that rounding ends the search
                 at = min(q + 1.001 * row for q in near if abs(at - q) < row)
             placed.append((u, at))
-            shift = (at - v) / (high - low) * 72.0 * _SIDE  # [pt]; a name moved far has a line to its point
+            shift = (at - v) / (high - low) * 72.0 * side  # [pt]; a name moved far has a line to its point
             ax.annotate(
                 text, (x, y), (-6.0 if left else 6.0, shift), textcoords="offset points", fontsize=6.5,
                 color=style.FAINT, ha="right" if left else "left", va="center", gid="label", zorder=4,

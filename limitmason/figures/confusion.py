@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch, Rectangle
 
 from limitmason.figures import style
-from limitmason.figures.residuals import written
+from limitmason.figures.residuals import shortened, written
 
 CLASSES = (
     (1.0, "#D55E00", "below 1: not told apart"),
@@ -24,9 +24,10 @@ CLASSES = (
 _SAME = "#b5b5b5"  # a cause beside itself
 _WRITTEN = 0.24  # least side of a cell in which a number can be read [in]
 _CHARACTER = 0.06  # mean width at the small size [in]
+_LEAST = 0.06  # side of a cell from which on names are cut to leave it its room [in]; chosen
 
 
-def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] = (), named: bool = True) -> None:
+def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] = (), letters: int = 0) -> None:
     """Draw the map of d2 on ``ax``: rows are true causes, columns rivals by number.
 
     Parameters
@@ -35,7 +36,7 @@ def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] 
         ``twins``, pairs of names that are not told apart, and ``invisible``, names of causes that are not seen
     cell : side of a cell [in]; numbers are written where they fit
     kept : names to be set in bold
-    named : name the rows, not only number them
+    letters : of the names of the rows at most, of which longer ones are cut; 0 only numbers them
     """
     names, d2 = result.names, result.d2
     count = len(names)
@@ -50,8 +51,6 @@ def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] 
                 text = f"{value:.1f}" if value < 9.95 else f"{value:.0f}" if value < 99.5 else ">99"
                 ax.text(j + 0.5, i + 0.5, text, ha="center", va="center", fontsize=min(6.5, 23 * cell), zorder=3,
                         color="white" if value < 1 else style.BLACK, gid="d2")
-    for i in range(count):
-        for j in range(count):
             if i != j and frozenset((names[i], names[j])) in twins:  # framed inside the cell
                 ax.add_patch(Rectangle((j + 0.03, i + 0.03), 0.94, 0.94, fill=False, edgecolor=style.BLACK,
                                        linewidth=1.1, zorder=4, gid="twin"))
@@ -60,7 +59,7 @@ def draw_distances(ax: Axes, result: Any, cell: float, *, kept: Collection[str] 
     ax.set_ylim(count, 0)
     size = min(style._SMALL, max(5.0, 62 * cell))  # letters shrink with the cells [pt]
     ax.set_xticks(np.arange(count) + 0.5, [str(k + 1) for k in range(count)], fontsize=size)
-    rows = [f"{written(name)}  {k}" if named else str(k) for k, name in enumerate(names, 1)]
+    rows = [f"{written(shortened(n, letters))}  {k}" if letters else str(k) for k, n in enumerate(names, 1)]
     ax.set_yticks(np.arange(count) + 0.5, rows, fontsize=min(size, 7))
     ax.xaxis.tick_top()
     ax.tick_params(length=0, pad=2, colors=style.BLACK)
@@ -100,8 +99,10 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
     count = len(names)
     # lengths in inches: names at the left, the map, and a legend beside it where the page has room, else below;
     # the head holds the caption and the numbers of the rivals
-    left = 0.3 + _CHARACTER * max(len(n) for n in names)
     page, gap, legend = style.page_width(), 0.15, 1.75
+    room = int((page - gap - _LEAST * count - 0.3) / _CHARACTER)  # letters beside a map of the smallest cells
+    letters = min(max(len(n) for n in names), max(room, 1))
+    left = 0.3 + _CHARACTER * letters
     cell = min(0.36, (page - left - gap) / count)
     side = cell * count
     beside = left + side + gap + legend <= page
@@ -110,7 +111,7 @@ def confusable(result: Any, *, title: str | None = None) -> Figure:
     figure = style.blank(page, height)
     low = 1.0 - (head + side) / height
     ax = figure.add_axes((left / page, low, side / page, side / height))
-    draw_distances(ax, result, cell)
+    draw_distances(ax, result, cell, letters=letters)
     twins = "; ".join(f"{a} and {b}" for a, b in result.twins) or "none"
     hidden = ", ".join(result.invisible) or "none"
     lines = [

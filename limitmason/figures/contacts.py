@@ -17,6 +17,7 @@ from matplotlib.patches import Patch
 
 from limitmason.arrays import Array, Flags
 from limitmason.checks import instance
+from limitmason.errors import InputError
 from limitmason.figures import elevation, style
 from limitmason.figures.canvas import Canvas
 from limitmason.figures.painter import VIEWPOINT_DEG
@@ -61,12 +62,19 @@ def contact_report(
     -------
     Figure
         Axes in metres with equal aspect; ``savefig`` writes PNG, PDF or SVG.
+
+    Raises
+    ------
+    InputError
+        For a report of another assembly, and an unknown view.
     """
     instance("model", model, Assembly)
     report = model.contact_report() if report is None else instance("report", report, ContactReport)
+    if report.n_blocks != model.n_blocks:
+        raise InputError(f"the report is of {report.n_blocks} blocks, the assembly has {model.n_blocks}")
     canvas = Canvas(model, view, ax, viewpoint_deg=viewpoint_deg)
     page, plane, axes, width = canvas.page, canvas.plane, canvas.axes, canvas.width
-    loose = np.array([b.name in set(report.floating) for b in model.blocks])
+    loose = np.isin([b.name for b in model.blocks], report.floating)
     canvas.blocks(moving=loose if plane is None else np.zeros(model.n_blocks, dtype=bool))
     found = [i.polygon for i in model.interfaces]
     kept, missed = ([p for row in rows for p in row.polygons] for rows in (report.kept, report.near_misses))

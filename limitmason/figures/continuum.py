@@ -19,11 +19,12 @@ from limitmason.checks import finite, instance, numbers, positive
 from limitmason.continuum import Continuum
 from limitmason.errors import InputError
 from limitmason.figures import style
-from limitmason.figures.painter import VIEWPOINT_DEG, Camera, camera
+from limitmason.figures.painter import VIEWPOINT_DEG, Camera, camera, viewpoint
 
 _BAR = 0.62  # width that a colour bar takes beside the drawing [in]
 _LIGHT = np.array([0.35, -0.45, 0.82])  # direction of the light, of length 1 but for rounding: above the viewer
 _STONE = (0.80, 0.76, 0.70)  # red, green and blue of bricks without values
+_EQUAL = 1e-12  # difference of two values over the larger one that is rounding [-]
 _FRACTION = 15.0  # size of the structure over the largest displacement as drawn where no scale is given
 
 
@@ -67,7 +68,7 @@ def solid_map(
     if values is None and limits is not None:
         raise InputError("limits are of the colours of values: give these, or leave them out")
     moved, text = _moved(model, displacement, scale)
-    view = camera(*viewpoint_deg)
+    view = camera(*viewpoint(viewpoint_deg))
     per_brick = None if values is None else _per_brick(model, values)
     page_points = view.project(moved)
     low, high = page_points.min(axis=0), page_points.max(axis=0)
@@ -77,7 +78,9 @@ def solid_map(
         bottom, top = (float(per_brick.min()), float(per_brick.max())) if limits is None else limits
         if not finite("lowest of limits", bottom) <= finite("highest of limits", top):
             raise InputError(f"limits are (lowest, highest), got {limits!r}")
-        norm = Normalize(bottom, top if top > bottom else bottom + 1e-12)  # equal values have one colour
+        if top - bottom <= _EQUAL * max(abs(bottom), abs(top)):  # one colour, at the lower end of a bar with numbers
+            top = bottom + max(0.1 * abs(bottom), _EQUAL)
+        norm = Normalize(bottom, top)
     _paint(page.ax, model, moved, view, per_brick, norm, colours, page.line_width(_brick_size(model)))
     page.ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     page.ax.axis("off")
@@ -100,7 +103,7 @@ def _moved(model: Continuum, displacement: ArrayLike | None, scale: float | None
         if scale is not None:
             raise InputError("scale is of displacements: give them, or leave it out")
         return nodes, ""
-    u = np.asarray(displacement, dtype=float)
+    u = numbers("displacement", displacement)
     if u.shape != nodes.shape or not np.isfinite(u).all():
         raise InputError(f"displacements must be finite and of shape {nodes.shape}, got shape {u.shape}")
     largest = float(np.linalg.norm(u, axis=1).max())

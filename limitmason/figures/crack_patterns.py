@@ -17,6 +17,7 @@ from limitmason.figures.deformation import rigid_motion
 from limitmason.figures.outline import wall_plane
 from limitmason.geometry.rotation import rotation_vectors
 from limitmason.mechanics.rigid_motion import RigidMotion, structure_size
+from limitmason.model.input import read_list
 
 MOMENTS = ("first crack", "peak", "end")
 _WIDEST, _LEAST = 3.0, 0.6  # lines of the largest movement and of next to none [pt]
@@ -58,10 +59,11 @@ def cracks(
     """
     if getattr(curve, "failed", None) is None or curve.assembly is None:
         raise InputError("this curve does not tell what its joints did: draw the curve of dem.push")
-    chosen = [(_index(curve, moment, width), moment) for moment in at]
+    chosen = [(_index(curve, moment, width), moment) for moment in read_list("at", at)]
     drawn = one_a_sample([(i, m) for i, m in chosen if i is not None])
     if not drawn:
-        raise InputError(f"none of {', '.join(map(str, at))} happened on this curve: name another moment or width")
+        told = ", ".join(str(moment) for _, moment in chosen) or "no moments"
+        raise InputError(f"none of {told} happened on this curve: name another moment or width")
     model = curve.assembly
     moved = [_moved(curve, i) for i, _ in drawn]
     plane = wall_plane(model)

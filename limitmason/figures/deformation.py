@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
-from limitmason.arrays import Array
-from limitmason.checks import count, finite, instance, numbers, positive
+from limitmason.arrays import Array, Index
+from limitmason.checks import count, instance, not_negative, numbers, positive
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.canvas import Canvas
@@ -30,6 +30,9 @@ _STILL = 0.01
 
 _CRACK = 0.1
 """Part of the largest movement in a joint from which joints are marked where no width is given, chosen [-]."""
+
+_UNIT = 1e-6
+"""What the length of a unit quaternion may be off: rounding of single precision, with room [-]."""
 
 
 @style.in_print_style
@@ -134,21 +137,21 @@ def animate(
     InputError
         When the history is empty or not one of this assembly, or no writer is installed for the ending.
     """
-    target, most = named_path(path), count("frames", frames)
-    if not hasattr(history, "quaternion") or not len(history.shift):
-        raise InputError("the history has no sample to show" if hasattr(history, "quaternion") else
-                         f"history must have shift and quaternion by samples, got {type(history).__name__}")
-    writer = writer or _writer(target, fps)
-    n = len(history.shift)
-    samples = np.unique(np.linspace(0, n - 1, min(most, n)).round().astype(int))
-    moved = [moved_blocks(model, history, int(k)) for k in samples]
+    instance("model", model, Assembly)
+    target, most, rate = named_path(path), count("frames", frames), count("fps", fps)
+    if not hasattr(history, "quaternion"):
+        raise InputError(f"history must have shift and quaternion by samples, got {type(history).__name__}")
+    if not len(history.shift):
+        raise InputError("the history has no sample to show")
+    writer = writer or _writer(target, rate)
+    moved = [moved_blocks(model, history, k) for k in spread(len(history.shift), most)]
     motions = [rigid_motion(model, shift, vector, scale) for shift, vector in moved]
-    last = rigid_motion(model, *moved[-1], scale=1.0)
+    unscaled = [rigid_motion(model, shift, vector, scale=1.0) for shift, vector in moved]
     if crack is None:
-        crack = _CRACK * largest_movement(model, last)  # one width for the whole film
-    marks = [cracked_joints(model, rigid_motion(model, u, v, scale=1.0), crack) for u, v in moved]
+        crack = _CRACK * largest_movement(model, unscaled[-1])  # one width for the whole film
+    marks = [cracked_joints(model, motion, crack) for motion in unscaled]
     # of all samples: a block that comes back has moved too
-    travel = np.max([_travel(model, rigid_motion(model, u, v, scale=1.0)) for u, v in moved], axis=0)
+    travel = np.max([_travel(model, motion) for motion in unscaled], axis=0)
     # 1e-300: where nothing has moved, no block counts as moving
     moving = travel > _STILL * max(float(travel.max(initial=0.0)), 1e-300)
     # plane and viewpoint are chosen for the sample that has moved farthest
@@ -192,7 +195,7 @@ def cracked_joints(model: Assembly, motion: RigidMotion, crack: float | None) ->
     largest = np.maximum(opening, sliding)
     if crack is None:
         crack = _CRACK * float(largest.max(initial=0.0))
-    least = crack if crack == np.inf else finite("crack", crack)  # an infinite one marks none
+    least = crack if crack == np.inf else not_negative("crack", crack)  # an infinite one marks none
     wide = (largest > least) & (largest > 1e-12 * structure_size(model))  # rounding opens no joint
     return MovingJoints(opening, sliding, wide & (opening >= sliding), wide & (sliding > opening))
 
@@ -265,13 +268,22 @@ def _checked(model: Assembly, shift: ArrayLike, quaternion: ArrayLike) -> tuple[
     bad = ~(np.isfinite(u).all(axis=1) & np.isfinite(q).all(axis=1))
     if bad.any():
         raise InputError(f"the position of block {model.blocks[int(np.flatnonzero(bad)[0])].name!r} is not finite")
+    off = np.abs(np.linalg.norm(q, axis=1) - 1.0)
+    if off.max() > _UNIT:
+        raise InputError(f"the quaternion of block {model.blocks[int(off.argmax())].name!r} is not of length 1")
     return u, rotation_vectors(q)
+
+
+def spread(samples: int, most: int) -> list[int]:
+    """Numbers of at most ``most`` of some samples, even, with the first and the last."""
+    rows: Index = np.unique(np.linspace(0, samples - 1, min(most, samples)).round().astype(int))
+    return [int(k) for k in rows]
 
 
 def _writer(path: Path, fps: int) -> AbstractMovieWriter:
     """What writes a film of ``fps`` pictures a second to a file of that name."""
     if path.suffix.lower() == ".gif":
-        return PillowWriter(fps=count("fps", fps))
+        return PillowWriter(fps=fps)
     if not writers.is_available("ffmpeg"):
         raise InputError(f"{path.name}: ffmpeg is not installed; write a .gif, or give a writer")
     return writers["ffmpeg"](fps=fps)

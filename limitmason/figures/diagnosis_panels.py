@@ -17,9 +17,9 @@ from matplotlib.patches import Patch, Rectangle
 
 from limitmason.diagnosis.inference.trends import is_numeric
 from limitmason.diagnosis.verdict_text import headline
-from limitmason.figures import style
+from limitmason.figures import residuals, style
 from limitmason.figures.confusion import distance_legend, draw_distances
-from limitmason.figures.residuals import few_labels, kinds_note, named, of_covariate, ordered_covariates, residual_panel
+from limitmason.figures.residuals import named, shortened
 
 MOST_COLUMNS = 4  # kept explanations that get a column of residuals
 MOST_ROWS = 5  # covariates shown
@@ -129,7 +129,7 @@ def _head(sheet: _Sheet, result: Any, title: str | None) -> None:
         f"{_count(result)}, noise {result.noise}{', measured input ' + inputs if inputs else ''}; conditional on a "
         f"list of {len(result.listed)} cause{'s' * (len(result.listed) != 1)}."
     )
-    lines = textwrap.wrap(note, int((_PAGE - 2.0 * style._INSET) / style._LETTER))
+    lines = style.lines_of(note, _PAGE)
     sheet.text(style._INSET, sheet.depth, "\n".join(lines), fontsize=style._SMALL, color=style.FAINT, linespacing=1.3,
                gid="caption")
     sheet.depth += style._LINE * len(lines) + 0.12
@@ -151,7 +151,7 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
     within = tuple(f" in {kind}" for kind in set(result.design.kinds))
     covariates = {k: v for k, v in result.covariates.items() if not k.endswith(within)}
     covariates = covariates or {"number of the specimen": list(range(1, result.n + 1))}
-    ordered = ordered_covariates(result, covariates)
+    ordered = residuals.ordered_covariates(result, covariates)
     shown, left_out = ordered[:MOST_ROWS], ordered[MOST_ROWS:]
     # explanations by the names of their causes: () is the baseline
     columns: list[tuple[str, ...]] = [(), *result.kept[:MOST_COLUMNS]]
@@ -165,13 +165,14 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
     sheet.heading("What the simulation leaves: measured / predicted − 1 [%]", note)
     if len(columns) == 1:  # nothing kept: the covariates stand side by side
         per_row = min(3, len(shown))
-        width = (_PAGE - _LEFT - _RIGHT - (per_row - 1) * _GAP) / per_row
-        width = min(width, 2.9)  # chosen: a single panel is not as wide as the page
+        width = min((_PAGE - _LEFT - _RIGHT - (per_row - 1) * _GAP) / per_row, 2.9)  # chosen: one is not the page
         for start in range(0, len(shown), per_row):
             for k, name in enumerate(shown[start : start + per_row]):
                 ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth + 0.03, width, 1.25 * _PANEL)
-                residual_panel(ax, width, covariates[name], values[()], limits, noise, _BASE, _trend_of(result, name),
-                               first=k == 0, kinds=result.design.kinds)
+                residuals.residual_panel(
+                    ax, width, covariates[name], values[()], limits, noise, _BASE, _trend_of(result, name),
+                    first=k == 0, kinds=result.design.kinds,
+                )
                 ax.set_xlabel(named(name, units), fontsize=7, color=style.BLACK, labelpad=1.5)
             sheet.depth += 1.25 * _PANEL + 0.48
         return
@@ -188,18 +189,20 @@ def _residuals(sheet: _Sheet, result: Any, units: Mapping[str, str]) -> None:
         for k, explanation in enumerate(columns):
             ax = sheet.axes(_LEFT + k * (width + _GAP), sheet.depth, width, high)
             trend = None if explanation else _trend_of(result, name)  # the verdict speaks of the baseline's trend
-            residual_panel(ax, width, covariates[name], values[explanation], limits, noise, colours[explanation], trend,
-                           first=k == 0, kinds=result.design.kinds)
-        x = _LEFT + 0.5 * (_PAGE - _LEFT - _RIGHT)
+            residuals.residual_panel(
+                ax, width, covariates[name], values[explanation], limits, noise, colours[explanation], trend,
+                first=k == 0, kinds=result.design.kinds,
+            )
         # numbers and few words are written under the axis
-        sheet.depth += high + (0.19 if is_numeric(covariates[name]) or few_labels(covariates[name]) else 0.05)
-        sheet.text(x, sheet.depth, named(name, units), fontsize=7, ha="center", parse_math=True)
+        sheet.depth += high + (0.19 if is_numeric(covariates[name]) or residuals.few_labels(covariates[name]) else 0.05)
+        middle = _LEFT + 0.5 * (_PAGE - _LEFT - _RIGHT)
+        sheet.text(middle, sheet.depth, named(name, units), fontsize=7, ha="center", parse_math=True)
         sheet.depth += 0.24
 
 
 def _residual_note(result: Any, noise: float, left_out: Sequence[str]) -> str:
     """Words below the panels, with deviation ``noise`` [%] and what is ``left_out``."""
-    markers = kinds_note(result.design.kinds)
+    markers = residuals.kinds_note(result.design.kinds)
     parts = [f"{markers.capitalize()}, each with the trend of its own along the covariate" if markers
              else "Points: specimens; line: trend along the covariate"]
     stated = result.noise.kind != "unknown"
@@ -236,7 +239,7 @@ def _error(result: Any, names: tuple[str, ...]) -> float:
 
 def _trend_of(result: Any, name: str) -> str | None:
     """Kind of the trend along a covariate where the verdict names it, else None."""
-    return result.verdict.trend if of_covariate(result, name) else None
+    return result.verdict.trend if residuals.of_covariate(result, name) else None
 
 
 def _sizes(sheet: _Sheet, result: Any) -> None:
@@ -247,8 +250,10 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
     """
     listed = result.listed
     row = 0.205 if len(listed) <= 12 else 0.165  # height of each; chosen: long lists stay on the page
-    left = 0.32 + _CHARACTER * max(len(c.name) for c in listed)
     right = 2.25  # room for the words beside
+    # names are cut where they would leave the axis less than 0.8 in, chosen
+    letters = min(max(len(c.name) for c in listed), int((_PAGE - right - _RIGHT - 0.32 - 0.8) / _CHARACTER))
+    left = 0.32 + _CHARACTER * letters
     width = _PAGE - left - right - _RIGHT
     note = "Each cause within its own bounds (ends of the grey line); tick: baseline, no effect. " + (
         "Filled: not rejected, with its 95 % interval; open: rejected." if result.kept else
@@ -293,7 +298,8 @@ def _sizes(sheet: _Sheet, result: Any) -> None:
         sheet.text(left + width + 0.12, sheet.depth + 0.02 + row * (k + 0.5), text, fontsize=7, va="center",
                    color=colour, gid="size")
     ax.set(xlim=(-0.03, 1.03), ylim=(len(listed) - 0.5, -0.5), xticks=[])
-    ax.set_yticks(range(len(listed)), [f"{named(c.name)}  {k}" for k, c in enumerate(listed, 1)], fontsize=7)
+    rows = [f"{named(shortened(c.name, letters))}  {k}" for k, c in enumerate(listed, 1)]
+    ax.set_yticks(range(len(listed)), rows, fontsize=7)
     ax.tick_params(length=0, colors=style.BLACK)
     for cause, label in zip(listed, ax.get_yticklabels(), strict=True):
         label.set_fontweight("bold" if cause.name in result.estimates else "normal")
@@ -339,7 +345,7 @@ def _design_and_fit(sheet: _Sheet, result: Any, quantity: str) -> None:
     text = "d2 of a true cause (row) to a rival (column), numbers as above"
     sheet.text(style._INSET, top, text, fontsize=7, color=style.FAINT)
     ax = sheet.axes(left, top + 0.3, side, side)  # .3: the line of text above it
-    draw_distances(ax, result.distances, cell, kept=[n for names in result.kept for n in names], named=False)
+    draw_distances(ax, result.distances, cell, kept=[n for names in result.kept for n in names])
     beside = left + side + 1.6 < room  # 1.6 in is the width of the legend: it stands beside the map or under it
     place = {"bbox_to_anchor": (1.06, 1.02)} if beside else {"bbox_to_anchor": (0.0, 0.0), "ncols": 2}
     ax.legend(handles=distance_legend(), loc="upper left", fontsize=6.5, frameon=False, borderpad=0.2,
@@ -376,9 +382,8 @@ def _predicted(ax: Axes, result: Any, quantity: str) -> int:
         face = colour if names else "white"
         ax.plot(measured, predicted, "o" if names else "s", color=colour, markerfacecolor=face, markersize=3.8,
                 markeredgewidth=0.7, zorder=3 if names else 2, gid="after" if names else "before")
-        label = label if len(label) < 30 else label[:28] + "…"
         handles.append(Line2D([], [], color=colour, marker="o" if names else "s", markerfacecolor=face, markersize=3.8,
-                              linestyle="none", label=f"{named(label)}: {_error(result, names):.1f} %"))
+                              linestyle="none", label=f"{named(shortened(label, 29))}: {_error(result, names):.1f} %"))
     if result.gain is not None:
         left_out = 100.0 * result.gain.error_left_out
         handles.append(Line2D([], [], linestyle="none", label=f"each specimen left out: {left_out:.1f} %"))

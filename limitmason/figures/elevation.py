@@ -130,7 +130,7 @@ class Elevation:
         rows = rows if len(rows) else np.arange(self.assembly.n_blocks)
         return float(np.median([np.ptp(np.concatenate(self.loops[i]) @ self.axes, axis=0).min() for i in rows]))
 
-    def segments(self, interfaces: Index, motion: RigidMotion | None = None) -> tuple[Array, Array]:
+    def segments(self, interfaces: Index, motion: RigidMotion) -> tuple[Array, Array]:
         """Ends of interfaces in plane, by block a and by block b [m], (k, 2, 2) each.
 
         An interface is a line here: its ends are its extreme corners along that line.
@@ -138,7 +138,7 @@ class Elevation:
         Parameters
         ----------
         interfaces : their numbers, shape (k,)
-        motion : of the blocks; None for the place at rest, where both are one
+        motion : of the blocks
         """
         x = self.assembly.arrays
         a, b = np.empty((len(interfaces), 2, 2)), np.empty((len(interfaces), 2, 2))
@@ -148,7 +148,7 @@ class Elevation:
             s = corners @ along
             ends = corners[[int(s.argmin()), int(s.argmax())]]
             for side, block in ((a, x.block_a[k]), (b, x.block_b[k])):
-                side[row] = (ends if motion is None else motion.moved(ends, int(block))) @ self.axes
+                side[row] = motion.moved(ends, int(block)) @ self.axes
         return a, b
 
 
@@ -237,7 +237,7 @@ def draw_joints(ax: Axes, view: Elevation, joints: MovingJoints, motion: RigidMo
         ax.add_collection(LineCollection(list(faces), colors=colour, linewidths=thick, gid=f"{gid} faces", zorder=3.0))
 
 
-def joint_handles(joints: MovingJoints | None, *, fixed: bool, ghost: bool, hatch: bool = True) -> list[Patch | Line2D]:
+def joint_handles(joints: MovingJoints | None, *, fixed: bool, ghost: bool, hatch: bool) -> list[Patch | Line2D]:
     """Legend entries for what is really in the drawing.
 
     Parameters

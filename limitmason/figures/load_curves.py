@@ -136,6 +136,7 @@ def history_curves(
     KeyError
         For a name that the history does not have.
     """
+    names = names if isinstance(names, str) else list(names)
     if not names or isinstance(names, str):
         raise InputError(f"name at least one quantity to draw, in a list, got {names!r}")
     units = units or {}
@@ -301,11 +302,19 @@ def _finish(ax: Axes, own: bool, xlabel: str, ylabel: str, title: str | None, ca
     ax.set_ylabel(ylabel)
     ax.tick_params(labelsize=7.5, width=0.5, length=2.5, which="both")
     handles, _ = ax.get_legend_handles_labels()
+    return finished_diagram(ax, own, title, caption, handles)
+
+
+def finished_diagram(ax: Axes, own: bool, title: str | None, text: str | None, handles: list[Any]) -> Figure:
+    """The figure of a diagram, with title, caption ``text`` and a legend of ``handles``.
+
+    ``own`` tells whether its page was made here, which grows by them; axes of the caller keep the size of their page.
+    """
+    figure = style.figure_of(ax)
     if own:
-        return style.finished(style.figure_of(ax), title, caption, handles)
-    wide = style.figure_of(ax).get_size_inches()[0] * ax.get_position().width
-    style._above(ax, title, style.wrapped(caption, wide).splitlines() if caption else [])
+        return style.finished(figure, title, text, handles)
+    wide = float(figure.get_size_inches()[0]) * ax.get_position().width
+    style._above(ax, title, style.wrapped(text, wide).splitlines() if text else [])
     if handles:
-        ax.legend(handles, [str(h.get_label()) for h in handles])
-    figure: Any = ax.figure  # a Figure or a part of one
+        ax.legend(handles=handles)
     return figure

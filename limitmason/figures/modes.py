@@ -108,7 +108,7 @@ def mac_matrix(
     best = mac.values.argmax(axis=1)
     for i in range(k):
         for j in range(l):
-            v = float(mac.values[i, j])
+            v = min(float(mac.values[i, j]), 1.0)  # above it is rounding
             ax.add_patch(Rectangle((j, i), 1, 1, facecolor=style.pale(style.BLUE, v), edgecolor="white", gid="cell"))
             # white where a cell is so dark that black is not read
             ax.text(j + 0.5, i + 0.5, f"{v:.2f}", ha="center", va="center", fontsize=7,

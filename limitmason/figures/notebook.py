@@ -12,7 +12,7 @@ from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.comparison import SideBySide
 from limitmason.diagnosis import Confusable, Diagnosis
-from limitmason.errors import InputError
+from limitmason.errors import InputError, NotApplicable
 from limitmason.figures.collapse_mechanism import assembly, mechanism
 from limitmason.figures.confusion import confusable
 from limitmason.figures.diagnosis_panels import diagnosis
@@ -93,7 +93,7 @@ def html(shown: Any) -> str:
     out = BytesIO()
     try:
         plot(shown).savefig(out, format="svg")
-    except InputError:  # it has no picture, as a region of one load
+    except (InputError, NotApplicable):  # no picture, as of a region of one load, or one too wide for print_style
         return ""
     text = out.getvalue().decode("utf-8")
     return f'<div style="max-width: 48rem">{text[text.index("<svg") :]}</div>'

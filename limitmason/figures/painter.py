@@ -41,6 +41,15 @@ VIEWPOINT_DEG = (-58.0, 22.0)
 """Azimuth and elevation of the viewer where none are given [deg]."""
 
 
+def viewpoint(viewpoint_deg: tuple[float, float]) -> tuple[float, float]:
+    """Azimuth and elevation [deg] of a viewer as a user gives them, both finite."""
+    try:
+        azimuth, elevation = viewpoint_deg
+    except (TypeError, ValueError):
+        raise InputError(f"viewpoint_deg must be azimuth and elevation [deg], got {viewpoint_deg!r}") from None
+    return finite("azimuth of viewpoint_deg", azimuth), finite("elevation of viewpoint_deg", elevation)
+
+
 def camera(azimuth_deg: float, elevation_deg: float) -> Camera:
     """Camera that looks at the origin from an azimuth and an elevation [deg].
 

@@ -15,6 +15,7 @@ from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.crack_patterns import one_a_sample, point_text, sample_of
+from limitmason.model.input import read_list
 
 _DRAWN = 0.04
 """Largest displacement in the drawing over the size of the structure [-]: chosen."""
@@ -49,11 +50,13 @@ def plasticity(
     Raises
     ------
     InputError
-        For a curve without zones, and an unknown moment.
+        For a curve without zones, no moment, and an unknown one.
     """
     if not getattr(curve, "zones", ()):
         raise InputError("this curve has no zones: draw the curve of dem.push with blocks='zoned'")
-    drawn = one_a_sample([(sample_of(curve, moment), moment) for moment in at])
+    drawn = one_a_sample([(sample_of(curve, moment), moment) for moment in read_list("at", at)])
+    if not drawn:
+        raise InputError("at: name at least one moment: 'peak', 'end' or a sample by number")
     mesh = curve.mesh
     start = curve.zones[0].shift  # displacements count from the first state, at rest under its own weight
     shifts = [curve.zones[i].shift - start for i, _ in drawn]

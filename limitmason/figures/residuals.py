@@ -41,6 +41,11 @@ def written(name: str) -> str:
     return name.replace("$", r"\$")
 
 
+def shortened(text: str, letters: int) -> str:
+    """A text of so many letters at most, ending in dots where more would follow."""
+    return text if len(text) <= letters else f"{text[: letters - 1]}…"
+
+
 def with_unit(name: str, units: Mapping[str, str]) -> str:
     """A covariate with its unit in brackets, where it has one."""
     unit = units.get(name, "")
@@ -69,7 +74,7 @@ def of_covariate(result: Any, name: str) -> bool:
 
 def residual_panel(
     ax: Axes, width: float, column: Sequence, values: np.ndarray, limits: tuple[float, float],
-    noise: float, colour: str, trend: str | None, *, first: bool, kinds: Sequence[str] = (),
+    noise: float, colour: str, trend: str | None, *, first: bool, kinds: Sequence[str],
 ) -> None:
     """Residuals of one explanation against a covariate, a trend by kind of data.
 
@@ -88,27 +93,28 @@ def residual_panel(
     ax.axhline(0.0, color=style.FAINT, linewidth=0.6, zorder=1)
     line: dict[str, Any] = {"color": POINTER if trend else style.GHOST, "linewidth": 1.3 if trend else 0.8, "zorder": 2}
     kind_of = np.array(kinds if len(kinds) else [""] * len(values))
-    labels = [str(v) for v in column]
-    known = sorted(set(labels))  # places of words along the axis
-    if is_numeric(column):
+    numeric = is_numeric(column)
+    spread: Any = 0.0
+    if numeric:
         x = np.asarray(column, dtype=float)
         span = float(np.ptp(x)) or 1.0  # equal values stand in the middle
         ax.set_xlim(x.min() - 0.07 * span, x.max() + 0.07 * span)
-        levels = np.unique(x)
-        ax.set_xticks(_ticks(levels), [f"{v:g}" for v in _ticks(levels)])
+        ticks = _ticks(np.unique(x))
+        ax.set_xticks(ticks, [f"{v:g}" for v in ticks])
     else:
+        labels = [str(v) for v in column]
+        known = sorted(set(labels))  # places of words along the axis
+        # points of one word are spread at random, the same in every panel, so that they do not cover each other
+        spread = np.random.default_rng(0).uniform(-0.13, 0.13, len(labels))
         x = np.array([known.index(v) for v in labels], dtype=float)
         ax.set_xlim(-0.6, len(known) - 0.4)
         ax.set_xticks([])
         if len(known) <= LABELS:
             room = max(int(width / len(known) / _LETTER), 4)
-            ax.set_xticks(range(len(known)), [written(v if len(v) <= room else v[: room - 1] + "…") for v in known])
-    # points of one word are spread at random, the same in every panel, so that they do not cover each other
-    spread = 0.0 if is_numeric(column) else np.random.default_rng(0).uniform(-0.13, 0.13, len(labels))
-    each = zip(dict.fromkeys(kind_of.tolist()), MARKERS, LINES, strict=False)
-    for kind, marker, dashes in each:
+            ax.set_xticks(range(len(known)), [written(shortened(v, room)) for v in known])
+    for kind, marker, dashes in zip(dict.fromkeys(kind_of.tolist()), MARKERS, LINES, strict=False):
         inside = kind_of == kind
-        for at, height in _trend_lines(x[inside], values[inside], trend, numeric=is_numeric(column)):
+        for at, height in _trend_lines(x[inside], values[inside], trend, numeric=numeric):
             ax.plot(at, height, gid="trend", linestyle=dashes, **line)
         ax.plot((x + spread)[inside], values[inside], marker, color=colour, markersize=3.6, markeredgecolor="white",
                 markeredgewidth=0.4, zorder=3, gid="points")

@@ -18,6 +18,7 @@ from limitmason.codes.mechanism_capacity import DAMPING, peak_of
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.figures import style
+from limitmason.figures.load_curves import finished_diagram
 from limitmason.limit.axles import AxleEnvelope
 from limitmason.limit.load_set import LoadRegion
 
@@ -70,21 +71,8 @@ def load_region(region: LoadRegion, *, title: str | None = None, ax: Axes | None
         handles.append(Patch(facecolor=_CERTAIN, edgecolor="black", linewidth=0.8, label="certain for ψ < φ"))
     if any(plane.twists is not None for plane in region.outside):
         handles.append(Line2D([], [], color=style.ORANGE, linewidth=1.0, label="a mechanism"))
-    return _finished(ax, own, title, str(region), handles)
-
-
-def _finished(ax: Axes, own: bool, title: str | None, text: str, handles: list[Any]) -> Figure:
-    """The figure of ``ax`` with title, caption ``text`` and a legend of ``handles``.
-
-    ``own`` says whether its page was made here; axes of the caller keep the size of their page.
-    """
-    if own:
-        style.frame(ax, title=None)
-        return style.finished(style.figure_of(ax), title, text, handles)
-    style.frame(ax, title, text)
-    if handles:
-        ax.legend(handles=handles)
-    return style.figure_of(ax)
+    style.frame(ax, title=None)
+    return finished_diagram(ax, own, title, str(region), handles)
 
 
 def _outline(corners: Array) -> Array:
@@ -127,7 +115,8 @@ def axle_envelope(envelope: AxleEnvelope, *, title: str | None = None, ax: Axes 
     ax.set_ylim(0.0, min(float(np.nanmax(shown)), 6.0 * least) * 1.05)
     ax.set_xlabel("first axle at x [m]")
     ax.set_ylabel("multiplier of the axles [-]")
-    return _finished(ax, own, title, str(envelope), [])
+    style.frame(ax, title=None)
+    return finished_diagram(ax, own, title, str(envelope), [])
 
 
 @style.in_print_style

@@ -88,7 +88,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     for k, r in enumerate(rows):
         y = len(rows) - 1 - k
         colour = colours[r.method]
-        if math.isfinite(r.low) and r.high > r.low:
+        if r.has_range and r.high > r.low:
             # taller than the marker, so that a narrow range still shows
             ax.barh([y], [r.high - r.low], 0.28, left=r.low, color=style.pale(colour, share=0.45), edgecolor=colour,
                     linewidth=0.6, zorder=2, gid="range")
@@ -107,9 +107,9 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     ax.grid(axis="x", linewidth=0.3, color="#dddddd")
     ax.spines["left"].set_visible(False)
     caption = [] if result.measured is None else ["dashed: test, grey: its scatter" if high > low else "dashed: test"]
-    caption += [f"{r.method}: {_cut(r.status)}" for r in left_out]
+    caption += [f"{r.method}: {r.status if len(r.status) <= 60 else r.status[:59] + '…'}" for r in left_out]
     caption += [f"{r.method}: {r.beside}, no bound" for r in rows if r.beside]
-    if any(math.isfinite(r.low) and r.high > r.low for r in rows):
+    if any(r.has_range and r.high > r.low for r in rows):
         caption.insert(0, "bars: range of each theory")
     caption += [said] if said else []
     style.frame(ax, title or result.title or None, " · ".join(caption))
@@ -121,11 +121,6 @@ def _row_name(row: Any) -> str:
     """Name of the method of a row, and under it what governs its answer."""
     name, governing = _look(row.method).name, row.details.get("governing")
     return f"{name}:\n{governing}" if governing else name
-
-
-def _cut(text: str, width: int = 60) -> str:
-    """Text of at most ``width`` letters, ending in dots where more would follow."""
-    return text if len(text) <= width else text[: width - 1] + "…"
 
 
 def _draw_published(ax: Axes, published: Mapping[str, Sequence[tuple[float, float]]]) -> list[Line2D]:
@@ -277,6 +272,9 @@ def _line_look(method: Any, number: int, colour: str, second: int) -> dict[str, 
     }
 
 
+_MOST_CLASSES = 200
+"""Of a histogram whose number is not given; chosen: more bars are thinner than their lines."""
+
 _NO_PARAMETER = frozenset(("low", "high", "status", "seconds"))  # columns of results that no study varies
 
 
@@ -319,12 +317,10 @@ def _lines_by(rows: Sequence[Mapping[str, Any]], x: str, y: str) -> tuple[str, .
     while places(by) < len(rows) and others:
         # of columns that help alike, that with fewest values
         best = max(others, key=lambda c: (places([*by, c]), -len({r.get(c) for r in rows})))
-        # a column whose values hardly repeat is a result, not what the rows were made by
-        if places([*by, best]) == places(by) or len({r.get(best) for r in rows}) > max(len(rows) // 2, 1):
-            others.remove(best)
-            continue
-        by.append(best)
         others.remove(best)
+        # a column whose values hardly repeat is a result, not what the rows were made by
+        if places([*by, best]) > places(by) and len({r.get(best) for r in rows}) <= max(len(rows) // 2, 1):
+            by.append(best)
     return tuple(by)
 
 
@@ -359,7 +355,7 @@ def histogram(
     column : number
     label : of the axis, with its unit
     measured : values of tests, as ticks on the axis
-    bins : number of classes; by the rule of Freedman and Diaconis where omitted
+    bins : number of classes; by the rule of Freedman and Diaconis where omitted, at most 200
     title, ax : heading; axes to draw on
 
     Raises
@@ -374,9 +370,14 @@ def histogram(
     found = {name: running(t, column) for name, t in groups.items()}  # mean and variation after 1, 2, ... runs
     values = {}
     for name, table in groups.items():
-        numbers = table[column].astype(float)
-        values[name] = numbers[np.isfinite(numbers)]
-    edges = np.histogram_bin_edges(np.concatenate(list(values.values())), bins=classes)
+        cells = table[column].astype(float)
+        values[name] = cells[np.isfinite(cells)]
+    everything = np.concatenate(list(values.values()))
+    if bins is None:
+        # the rule divides the range by 2 q / n^(1/3), with q between the quartiles: nearly nothing beside one outlier
+        width = 2.0 * float(np.subtract(*np.percentile(everything, (75, 25)))) / len(everything) ** (1 / 3)
+        classes = _MOST_CLASSES if 0.0 < _MOST_CLASSES * width < np.ptp(everything) else classes
+    edges = np.histogram_bin_edges(everything, bins=classes)
     figure, ax = style.paper(style.page_width(), height=3.2, ax=ax)
     for number, (name, own) in enumerate(values.items()):
         colour = style.SERIES[number % len(style.SERIES)]

@@ -370,7 +370,8 @@ def seen_at(shift: Array, length: float) -> float:
 
 def force_unit(force: float) -> tuple[str, float]:
     """The unit that fits a force [N], and the size of that unit [N]."""
-    return next(((unit, size) for unit, size in (("MN", 1e6), ("kN", 1e3)) if abs(force) >= size), ("N", 1.0))
+    # from 999.5 on three digits show 1000
+    return next(((unit, size) for unit, size in (("MN", 1e6), ("kN", 1e3)) if abs(force) >= 0.9995 * size), ("N", 1.0))
 
 
 def force_text(force: float) -> str:

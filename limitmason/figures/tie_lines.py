@@ -40,8 +40,8 @@ def stretching(model: Assembly, twists: Array, threshold: float) -> Flags:
 
 
 def draw_ties(
-    ax: Axes, model: Assembly, project: Callable[[Array], Array], width: float, *, motion: RigidMotion | None = None,
-    yields: Flags | None = None,
+    ax: Axes, model: Assembly, project: Callable[[Array], Array], width: float, *, motion: RigidMotion | None,
+    yields: Flags | None,
 ) -> list[Line2D]:
     """Draw the ties over blocks as if of glass, and return legend entries.
 
@@ -50,7 +50,7 @@ def draw_ties(
     project : gives page coordinates [m], shape (n, 2), of places in space [m], shape (n, 3)
     width : of outlines [pt]; ties are more than twice as thick
     motion : of the blocks, which carry the ends; None for the place at rest
-    yields : ties that are drawn as yielding, shape (t,); none by default
+    yields : ties that are drawn as yielding, shape (t,); None for none
     """
     handles = []
     x, first = model.links, len(model.interfaces)

@@ -297,6 +297,7 @@ def _broken(brackets: str, entries: Iterable[str], indent: str) -> str:
 
 
 def _one_line(value: Any) -> str:
+    """Plain data as JSON without line breaks."""
     return json.dumps(value, allow_nan=False, ensure_ascii=False)
 
 

@@ -196,10 +196,9 @@ def _read(
         # each other at a small angle are no wedges
         given |= {"angle_tolerance_deg": 0.05, "wedge_tolerance_deg": 0.0}
     # names are "layer-number"
-    on_support = {name for name in names if name.rpartition("-")[0].casefold() in SUPPORTS}
+    held = [name for name in names if name.rpartition("-")[0].casefold() in SUPPORTS]
     wall = Assembly.from_polygons(
-        outlines, names=names, thickness=1.0 if thickness is None else thickness,
-        fixed=[n for n in names if n in on_support], **given,
+        outlines, names=names, thickness=1.0 if thickness is None else thickness, fixed=held, **given,
     )
     return wall, cleaned
 

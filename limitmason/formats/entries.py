@@ -31,16 +31,14 @@ _LOAD_KEYS = (
 def blocks_of(node: DocumentNode) -> dict[str, Any]:
     """Arguments of ``Assembly.from_polyhedra`` for the blocks of a document ``node``."""
     solids, names, densities, axes = [], [], [], []
-    default = node.get("density")
-    for k, block in enumerate(node["blocks"]):
+    blocks, default = list(node["blocks"]), node.get("density")
+    each = list(default) if default is not None and isinstance(default.value, list) else None  # one for every block
+    if default is not None and each is not None and len(each) != len(blocks):
+        raise default.error(f"{len(each)} densities for {len(blocks)} blocks")
+    for k, block in enumerate(blocks):
         block.mapping(("name", "density", "axis", "material", "parts", *_PIECE_KEYS))
         names.append(block.given("name", DocumentNode.text, f"block-{k}"))
-        density = block.get("density") or default
-        if density is default and default is not None and isinstance(default.value, list):  # one for every block
-            entries, number = list(default), len(list(node["blocks"]))
-            if len(entries) != number:
-                raise default.error(f"{len(entries)} densities for {number} blocks")
-            density = entries[k]
+        density = block.get("density") or (default if each is None else each[k])
         densities.append(DENSITY if density is None else density.number())
         axes.append(block.given("axis", DocumentNode.row, default=None))
         pieces = [block]  # a convex block is its own piece

@@ -255,7 +255,10 @@ def read_json(path: str | Path) -> Model:
         raise node.error("give exactly one of 'outlines' (with 'thickness') and 'blocks'")
     if ("interfaces" in node) == ("joint" in node):
         raise node.error("give exactly one of 'joint' and 'interfaces' (with 'joint_laws')")
-    for key, other in (("names", "outlines"), ("thickness", "outlines"), ("joint_laws", "interfaces")):
+    pairs = (
+        ("names", "outlines"), ("thickness", "outlines"), ("materials", "blocks"), ("joint_laws", "interfaces"),
+    )
+    for key, other in pairs:
         if key in node and other not in node:
             raise node[key].error(f"goes with {other!r}, which are not there; leave it out")
     try:
@@ -275,6 +278,7 @@ def _check_units(node: DocumentNode) -> None:
     units = node.get("units")
     if units is None:
         return
+    units.mapping(UNITS)
     for key, unit in units.items():
         if key in UNITS and unit.value != UNITS[key]:
             raise unit.error(f"only {UNITS[key]!r} is read, got {unit.value!r}; convert the numbers")
@@ -327,6 +331,7 @@ def _simple(node: DocumentNode) -> Assembly:
 
 
 def _recipe(node: DocumentNode) -> dict[str, Any]:
+    """How the structure was made, as its file says it: any plain data by key."""
     return restored(node.mapping())
 
 

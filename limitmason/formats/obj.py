@@ -129,8 +129,10 @@ def _parsed(path: str | Path) -> tuple[list[list[float]], list[_ObjFace]]:
     group: str | None = None
     text = read_text(path)
     pending = ""
-    for number, raw in enumerate(text.splitlines(), 1):
+    # an empty line at the end: the last one may say that it goes on
+    for number, raw in enumerate([*text.splitlines(), ""], 1):
         # names may hold a number sign, everything else ends there
+        raw = raw.replace("\t", " ")  # either stands between words
         line = pending + (raw if raw.startswith(("o ", "g ")) else raw.split("#", 1)[0]).strip()
         if line.endswith("\\"):  # goes on in the next line
             pending = line[:-1] + " "
@@ -279,4 +281,5 @@ def _fan(corners: Array) -> float:
 
 
 def _without_repeats(face: list[int]) -> tuple[int, ...]:
+    """Corners of a face, by number, of which none repeats the one before."""
     return tuple(i for k, i in enumerate(face) if i != face[k - 1])

@@ -87,7 +87,7 @@ def read_svg(
     """
     not_negative("flatness", flatness)
     root = _root(path)
-    by_id = {e.get("id", ""): e for e in root.iter()}
+    by_id = {e.attrib["id"]: e for e in root.iter() if "id" in e.attrib}
     sheet = _style_sheet(root)
     outer = matrix_of(root.get("transform", ""), str(path))
     # the outermost element has the units in which the drawing is read
@@ -142,12 +142,14 @@ def _room(root: ElementTree.Element) -> tuple[float, float]:
 
 
 def _kind(element: ElementTree.Element) -> str:
+    """Tag of an element without its namespace, such as "rect"; empty for a comment."""
     return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
 
 
 def _shapes(
     element: ElementTree.Element, matrix: Array, layer: str | None, path: str | Path,
-    by_id: dict[str, ElementTree.Element], sheet: dict[str, str], room: tuple[float, float], depth: int = 0,
+    by_id: dict[str, ElementTree.Element], sheet: dict[str, str], room: tuple[float, float], depth: int,
+    visible: bool = True,
 ) -> Iterator[_Shape]:
     """Every visible shape in an element, itself included.
 
@@ -161,10 +163,15 @@ def _shapes(
     sheet : declarations of the style sheet, see :func:`_style_sheet`
     room : width and height of the drawing around the element, in its units
     depth : number of elements around this one
+    visible : whether those around it are, which holds where it does not say otherwise
     """
     kind = _kind(element)
     look = _look(element, sheet)
-    if kind in _NO_DRAWING or look.get("display") == "none" or look.get("visibility") == "hidden":
+    if kind in _NO_DRAWING or look.get("display") == "none":
+        return
+    visible = {"visible": True, "hidden": False, "collapse": False}.get(look["visibility"], visible)
+    # what is hidden may hold parts that say "visible": these are shown
+    if not visible and not any(_look(part, sheet)["visibility"] == "visible" for part in element.iter()):
         return
     where = f"{path}: {kind} {element.get('id') or element.get(_LABEL) or ''}".rstrip()
     if look.get("transform", "none") != "none":
@@ -181,7 +188,9 @@ def _shapes(
         inner, room = viewport(element, element, room, where)
         matrix = matrix @ inner
     if kind == "use":
-        link = element.get("href") or element.get(_LINK) or ""
+        link = element.get("href") or element.get(_LINK)
+        if link is None:  # by the standard nothing is drawn
+            return
         target = by_id.get(link.removeprefix("#"))
         if target is None:
             raise InputError(f"{where}: a copy of {link!r}, which is not in the drawing")
@@ -194,12 +203,12 @@ def _shapes(
             inner = np.eye(3)
             inner[:2, 2] = [number_of(element.get(k, "0"), where) for k in ("x", "y")]
         for child in copied:
-            yield from _shapes(child, matrix @ inner, layer, path, by_id, sheet, room, depth + 1)
+            yield from _shapes(child, matrix @ inner, layer, path, by_id, sheet, room, depth + 1, visible)
         return
-    if kind in ("path", "polygon", "polyline", "rect", "circle", "ellipse", "line"):
+    if visible and kind in ("path", "polygon", "polyline", "rect", "circle", "ellipse", "line"):
         yield _Shape(element, kind, layer or _NO_LAYER, matrix, where)
     for child in element:
-        yield from _shapes(child, matrix, layer, path, by_id, sheet, room, depth + 1)
+        yield from _shapes(child, matrix, layer, path, by_id, sheet, room, depth + 1, visible)
 
 
 def _style_sheet(root: ElementTree.Element) -> dict[str, str]:

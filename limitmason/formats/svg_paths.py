@@ -247,6 +247,7 @@ def _path(data: str, flatness: float, where: str) -> Iterator[Line]:
 
 
 def _line(points: list[complex], closed: bool) -> Line:
+    """A line through points x + iy, as svg.path has them."""
     whole = np.array(points)
     return Line(np.column_stack([whole.real, whole.imag]), closed)
 

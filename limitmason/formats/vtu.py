@@ -90,8 +90,9 @@ def write_vtu(
     if amplitude is not None:
         finite("amplitude", amplitude)
     target = named_path(path)
-    still = prediction is None or prediction.mechanism is None
-    twists = None if prediction is None or still else checked_twists(assembly, prediction)
+    twists = None
+    if prediction is not None and prediction.mechanism is not None:
+        twists = checked_twists(assembly, prediction)
     written = [target]
     _write(target, *_blocks(assembly, twists, amplitude), encoding, [b.name for b in assembly.blocks])
     if assembly.interfaces:

@@ -24,6 +24,13 @@ _LARGEST_TURN = 0.35
 _SMALL_TURN = 1e-4
 """Rotation [rad] below which series replace (t - sin t) / t^3 and its like: their next term is below rounding."""
 
+_STILL = 1e-12
+"""Rate over that of the fastest vertex up to which a joint does not move, where no larger one is asked for [-]."""
+
+_FLAT = 1e-12
+"""Least height and length of a structure [m], so that its size is never zero."""
+
+
 class RigidMotion(NamedTuple):
     """Finite motion of n blocks: x -> centroid + translation + rotation (x - centroid)."""
 
@@ -171,8 +178,8 @@ def moving_joints(assembly: Assembly, twists: Array, threshold: float) -> Moving
     threshold : rates below this fraction of the fastest vertex are not marked [-]
     """
     opening, sliding = joint_rates(assembly, twists)
-    least = threshold * float(largest_rates(assembly, twists).max(initial=0.0))
-    moves = (np.maximum(opening, sliding) > least) & (least > 0.0)  # nothing moves in a mechanism at rest
+    least = max(threshold, _STILL) * float(largest_rates(assembly, twists).max(initial=0.0))
+    moves = np.maximum(opening, sliding) > least
     return MovingJoints(opening, sliding, moves & (opening >= sliding), moves & (sliding > opening))
 
 

@@ -69,6 +69,24 @@ def test_a_decimal_comma_is_no_pair_of_stiffnesses():
     for typed, line in (("1.5e9", "stiffness=1.5e9"), ("2e9, 1e9", "stiffness=(2e9, 1e9)")):
         assert script._arguments(call.fields, {"stiffness": typed}) == [line]
     assert script._arguments(forms.calls()["analysis"]["limit_analysis"].fields, {"grid": "5,5"}) == ["grid=(5, 5)"]
+    fields = forms.calls()["joint"]["Joint"].fields
+    assert script._arguments(fields, {"cohesion": 0, "tensile_strength": " "}) == ["cohesion=0"]
+
+
+def test_what_an_experiment_offers_is_taken_by_it():
+    # a residual strength of "none" once became None, which the experiment refuses
+    here, words = folder.Folder("."), 0
+    for at, specimen in (("mcmaster-bending", "theta-0"), ("modern-walls", "1")):
+        offered = {f.name: f.choices for f in forms.experiment_fields(at, specimen) if f.choices}
+        for name, choices in offered.items():
+            for choice in choices:
+                made = {"kind": "experiment", "source": at, "specimen": specimen, "values": {name: choice}}
+                lines = script.statements({"structure": made, "loads": {"kind": "own"}}, here, kind="draw")
+                scope = {}
+                exec("\n".join(line.text for line in lines[:2]), scope)
+                assert scope["test"].options[name] == choice
+                words += choice == "none"
+    assert words == 2
 
 
 def test_every_form_begins_with_something_that_solves():

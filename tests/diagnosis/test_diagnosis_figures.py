@@ -267,7 +267,8 @@ def test_every_kind_of_data_has_its_own_line_and_marker():
 
 def test_names_with_dollar_signs_are_written_as_they_are_and_a_file_is_no_folder(tmp_path):
     made = [{**s, r"$\size$": s["height"]} for s in specimens()]
-    causes = (Cause(r"$\edge$", "rounding", 0.0, (0.0, 0.02), "edges", unit="m"), *CAUSES[1:])
+    long = r"$\edge$ of a stone whose name, as that of one joint of many, is long"  # leaves room for the axis of sizes
+    causes = (Cause(long, "rounding", 0.0, (0.0, 0.02), "edges", unit="m"), *CAUSES[1:])
     told = Study(made, blocks, data(ROUNDING, 0.018), Noise(0.04), nuisance=FRICTION, covariates=[r"$\size$", "batch"])
     found = told.diagnose(causes, draws=199)
     lm.figures.diagnosis(found).savefig(tmp_path / "picture.png")

@@ -1,6 +1,7 @@
 """One column of a journal is an option of every figure, enlarged axes say so, and lines of a study are lines."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from limitmason import figures, study
 from limitmason.codes import GroundSpectrum
 from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError, NotApplicable
-from limitmason.figures import style
+from limitmason.figures import notebook, style
 from limitmason.figures.crack_patterns import one_a_sample
 from limitmason.figures.studies import colours_of
 from limitmason.methods import available_methods
@@ -69,6 +70,25 @@ def test_widths_of_no_page_and_figures_of_several_panels_are_refused():
     with figures.print_style(width=89.0), pytest.raises(NotApplicable, match="several panels"):
         style.needs_a_page("diagnosis")
     style.needs_a_page("diagnosis")
+    # a notebook then shows the words alone
+    one = np.ones(3)
+    test = SimpleNamespace(vertical=one, horizontal=one, ratio=one, steps=one, tilt_deg=10.0 * one, collapse=1,
+                           collapse_multiplier=0.2)
+    assert "<svg" in notebook.html(test)
+    with figures.print_style(width=89.0):
+        assert notebook.html(test) == ""
+
+
+@pytest.mark.parametrize(("letters", "width"), [(40, 60.0), (60, 89.0), (110, None), (12, None)])
+def test_long_names_of_causes_leave_room_for_the_map(letters, width):
+    names = [f"{'a cause of many words ' * 5}"[: letters - 1] + str(k) for k in range(6)]
+    far = SimpleNamespace(names=names, d2=np.full((6, 6), 12.0), twins=(), invisible=())
+    with figures.print_style(width=width):
+        figure = figures.confusable(far)
+    words = [t for t, box in texts(figure) if t.startswith("a cause") and box.x0 >= 0.0]
+    assert len(words) == 6
+    assert all(("…" in t) == (letters > 12) for t in words)
+    assert figure.axes[0].get_position().width * figure.get_size_inches()[0] > 0.3
 
 
 def test_a_verdict_by_peaks_is_as_wide_as_asked_for_and_one_of_two_panels_refuses():

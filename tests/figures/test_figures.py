@@ -214,6 +214,14 @@ def test_wrong_or_missing_mechanism_is_an_error():
         figures.mechanism(assembly, make_prediction(assembly, nan))
 
 
+def test_without_a_threshold_every_joint_that_moves_is_marked():
+    column = make_column()
+    moved, all_marked = (figures.mechanism(column, sliding(column, [3]), **o) for o in ({}, {"threshold": 0.0}))
+    assert has(moved, "sliding")
+    assert has(all_marked, "sliding")
+    assert not has(all_marked, "opening")
+
+
 def test_nothing_moving_is_drawn_without_marks():
     figure = figures.mechanism(make_column(), make_prediction(None, np.zeros((4, 6))))
     assert not has(figure, "ghost")

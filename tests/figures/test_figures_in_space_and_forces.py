@@ -19,6 +19,7 @@ from figure_models import (
     texts,
 )
 from matplotlib.colors import to_rgba
+from matplotlib.text import Text
 
 import limitmason as lm
 from limitmason import Assembly, figures
@@ -275,6 +276,22 @@ def test_comparison_has_line_of_agreement_band_and_every_point():
     assert "1 without a finite value not shown" in said
     assert ax.get_xlabel() == "measured V [kN]"
     assert legend_labels(figure) == ["one", "two"]
+
+
+def test_a_value_on_the_edge_of_the_band_is_inside_in_any_unit():
+    x, y = 766136.87, 842750.557  # 10 % apart as written, and 1e-11 more in floating point
+    assert y - x > 0.1 * x
+    assert "1 within ±10 %" in texts(figures.predicted_against_published([("a", x, y)]))
+
+
+def test_names_beside_points_keep_apart_on_small_axes_too():
+    figure = style.blank(6.0, 2.0)
+    ax = figure.add_axes((0.05, 0.2, 0.25, 0.75))
+    figures.predicted_against_published([(f"wall {y}", 1.0, y) for y in (0.9, 1.0, 1.009, 1.018, 1.1)], ax=ax)
+    figure.canvas.draw()
+    boxes = [Text.get_window_extent(t) for t in ax.texts if t.get_gid() == "label"]  # without lines to the points
+    assert len(boxes) == 5
+    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
 
 
 @pytest.mark.parametrize("labels, shown", [("all", "abc"), ("auto", "abc"), ("outside", "b"),

@@ -25,6 +25,10 @@ def test_histogram_holds_every_finite_run():
 def test_ticks_of_tests_come_from_any_iterable_and_wrong_classes_are_refused():
     table = study.Table(tuple({"peak": v} for v in (1.0, 2.0, 4.0)))
     assert len(parts(figures.histogram(table, "peak", measured=iter((1.5, 2.5))), "test")) == 2
+    # by the rule alone 3e11 classes: nearly all runs are one, beside one outlier
+    outlier = study.Table(tuple({"peak": v} for v in (*(1.0 + 1e-9 * np.arange(9)), 1e3)))
+    bars = parts(figures.histogram(outlier, "peak"), "histogram")
+    assert (len(bars), sum(b.get_height() for b in bars)) == (200, 10)
     for wrong in ({"bins": 0}, {"tables": {}}):
         with pytest.raises(InputError, match="bins must be|no table"):
             figures.histogram(**{"tables": table, "column": "peak", **wrong})

@@ -109,7 +109,7 @@ def test_history_curves_draw_every_quantity_and_leave_non_positive_values_out_of
     figure = figures.history_curves(pushed, ("kinetic", "friction"), units={"kinetic": "J", "friction": "J"})
     assert artist(figure, "curve friction").get_ydata() == pytest.approx(pushed["friction"])
     assert figure.axes[0].get_ylabel() == "[J]"
-    figure = figures.history_curves({"step": [0, 1, 2], "f": [0.0, 1.0, 10.0]}, ["f"], log=True)
+    figure = figures.history_curves({"step": [0, 1, 2], "f": [0.0, 1.0, 10.0]}, iter(["f"]), log=True)
     assert np.isnan(artist(figure, "curve f").get_ydata()).tolist() == [True, False, False]
 
 
@@ -173,6 +173,10 @@ def test_bad_states_are_named():
         figures.deformed(COLUMN, (shift[1:], quaternion[1:]))
     with pytest.raises(ValueError, match="scale must be"):
         figures.deformed(COLUMN, (shift, quaternion), scale=0.0)
+    with pytest.raises(InputError, match="crack must not be negative"):
+        figures.deformed(COLUMN, (shift, quaternion), crack=-1e-3)
+    with pytest.raises(InputError, match="quaternion of block 'column-1' is not of length 1"):
+        figures.deformed(COLUMN, (shift, quaternion * [[1.0], [0.0], *[[1.0]] * (len(shift) - 2)]))
     shift[1, 0] = np.nan
     with pytest.raises(ValueError, match="position of block '.*' is not finite"):
         figures.deformed(COLUMN, (shift, quaternion))
@@ -196,10 +200,11 @@ def test_film_shows_the_motion_from_first_to_last_sample(pushed, tmp_path, view)
 def test_film_needs_samples():
     with pytest.raises(ValueError, match="no sample"):
         figures.animate(COLUMN, types.SimpleNamespace(shift=[], quaternion=[]), "film.gif")
-    for wrong, told in (({"frames": 0}, "frames"), ({"fps": 0}, "fps"), ({"history": COLUMN}, "by samples")):
+    for wrong, told in (({"frames": 0}, "frames"), ({"fps": 0}, "fps"), ({"history": COLUMN}, "by samples"),
+                        ({"model": "wall"}, "model must be an Assembly")):
         still = types.SimpleNamespace(shift=np.zeros((1, COLUMN.n_blocks, 3)), quaternion=UPRIGHT[None])
         with pytest.raises(InputError, match=told):
-            figures.animate(COLUMN, **{"history": still, "path": "film.gif", **wrong})
+            figures.animate(**{"model": COLUMN, "history": still, "path": "film.gif", **wrong})
 
 
 UPRIGHT = np.tile([1.0, 0.0, 0.0, 0.0], (COLUMN.n_blocks, 1))
@@ -239,6 +244,11 @@ def test_cracks_are_drawn_of_walls_alone():
     )
     with pytest.raises(InputError, match="no plane of its own"):
         figures.cracks(curve, at=("end",))
+    for draw in (figures.cracks, figures.plasticity):
+        with pytest.raises(InputError, match="at must be a list, got 'peak'"):  # no moment 'p'
+            draw(types.SimpleNamespace(assembly=two, failed=(), zones=("one",)), at="peak")
+    with pytest.raises(InputError, match="name at least one moment"):
+        figures.plasticity(types.SimpleNamespace(zones=("one",)), at=())
 
 
 def test_labels_that_begin_with_an_underscore_stay_out_of_the_legend():

@@ -153,6 +153,9 @@ def test_bad_settings_and_answers_of_other_structures_are_refused(column):
     wall, found = column
     with pytest.raises(InputError, match="frames"):
         lm.view(wall, found, frames=0)
+    for wrong in ((np.nan, 0.0), (30.0,)):
+        with pytest.raises(InputError, match="viewpoint_deg"):
+            lm.view(wall, found, viewpoint_deg=wrong)
     other = lm.build.column(width=0.2, depth=0.3, height=1.0, courses=5, joint=JOINT)
     with pytest.raises(InputError, match="do not"):
         lm.view(other, found)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 import limitmason as lm
@@ -35,6 +36,13 @@ def test_matrix_shows_every_value_and_frames_the_best_of_each_row(wall, solid):
 
 
 @pytest.mark.exact
+def test_shapes_that_are_one_up_to_a_factor_are_drawn_whatever_rounding_makes_of_the_criterion():
+    shapes = np.random.default_rng(0).normal(size=(20, 8, 3))
+    found = lm.mac(shapes, 3.7 * shapes)
+    assert found.values.max() > 1.0
+    assert {t.get_text() for t in figures.mac_matrix(found).axes[0].texts} >= {"1.00"}
+
+
 def test_a_shape_that_is_like_none_is_not_called_alike():
     # the third shape is orthogonal to both of the others
     shapes = np.array([(1.0, 1.0, 1.0), (1.0, -1.0, 0.0), (1.0, 1.0, -2.0)])
@@ -85,6 +93,16 @@ def test_the_caption_of_a_mode_states_no_length_and_takes_more_words(wall, solid
         assert caption.startswith("participating mass")
         assert caption.replace("\n", " ").endswith("as built")
         assert "displacement" not in caption
+
+
+@pytest.mark.parametrize("value", [1e6, -2e5, 0.0])
+def test_bricks_of_one_value_have_the_colour_that_the_bar_gives_it(solid, value):
+    figure = figures.solid_map(solid, np.full(len(solid.mesh), value), label="stress [Pa]")
+    (bricks,) = [c for c in figure.axes[0].collections if c.get_gid() == "bricks"]
+    low, high = figure.axes[-1].get_ylim()
+    on_bar = np.array(colormaps["viridis"]((value - low) / (high - low))[:3])
+    shade = bricks.get_facecolors()[:, :3] / on_bar  # of every face, the same for red, green and blue
+    assert np.ptp(shade, axis=1).max() < 1e-9
 
 
 def test_a_map_refuses_limits_scales_and_colours_that_it_cannot_use(solid):

@@ -137,6 +137,11 @@ BAD = {
     "three numbers": (SIMPLE | {"outlines": [GROUND, PIER, [[0, 0, 0]]]}, r"outlines\[2\]\[0\]: expected 2 numbers"),
     "names do not fit": (SIMPLE | {"names": ["a", "b"]}, "names: 2 entries for 3 outlines"),
     "other unit": (SIMPLE | {"units": {"length": "mm"}}, "units.length: only 'm'"),
+    "misspelt unit": (SIMPLE | {"units": {"lengths": "mm"}}, "units: unknown key 'lengths'; did you mean 'length'"),
+    "materials of no block": (
+        SIMPLE | {"materials": {"stone": {"young_modulus": 1e9, "poisson_ratio": 0.2, "density": 1500}}},
+        "materials: goes with 'blocks'",  # outlines cannot name one
+    ),
     "friction too large": (SIMPLE | {"joint": {"friction_angle_deg": 95}}, "joint: .*friction_angle_deg = 95"),
     "no friction": (SIMPLE | {"joint": {"cohesion": 1.0}}, "joint: give exactly one of 'friction_angle_deg'"),
     "misspelt law": (SIMPLE | {"joint": {"friction_angle": 30}}, "did you mean 'friction_angle_deg'"),

@@ -48,6 +48,13 @@ def test_obj_cube_of_quads(tmp_path):
     assert assembly.volumes[0] == pytest.approx(1.0)
 
 
+def test_obj_words_may_stand_apart_by_tabs_and_the_last_line_may_go_on(tmp_path):
+    text = CUBE.replace("v ", "v\t").replace("f ", "f\t").replace("s off", "s\toff").rstrip() + " \\\n"
+    ((piece,),), names = formats.read_obj(write(tmp_path / "a.obj", text))
+    assert names == ["my cube #1"]
+    assert [len(f) for f in piece.faces] == [4] * 6
+
+
 def test_obj_scale_and_upward_axis(tmp_path):
     path = write(tmp_path / "a.obj", CUBE.replace("v 0 1 1", "v 0 3 1").replace("v 1 1 1", "v 1 3 1")
                  .replace("v 1 1 0", "v 1 3 0").replace("v 0 1 0", "v 0 3 0"))

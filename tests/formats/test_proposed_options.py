@@ -72,6 +72,15 @@ def test_open_mortar_is_measured_and_the_proposed_command_leaves_nothing_to_deci
     assert main(["solve", str(path), *typed[2:], "--thickness", "20cm", "--friction", "33"]) == 0
 
 
+def test_the_proposed_command_keeps_what_was_typed_and_names_with_spaces(tmp_path, capsys):
+    # without the layers it would read the pipe again, which the proposal was not measured with
+    path = drawing(tmp_path / "the wall.dxf", bond(12.0), 4, PIPES=[(600, 300, 40)])
+    assert main(["check", str(path), "--layers", "STONES", "base", "--thickness", "20cm"]) == 1
+    typed = proposed(capsys.readouterr().out)
+    assert typed[1:] == [str(path), "--thickness", "0.2", "--mortar", "0.012", "--layers", "STONES", "base"]
+    assert main(typed) == 0
+
+
 def test_a_layer_of_which_nothing_is_held_by_a_stone_is_left_out_of_the_proposal(tmp_path, capsys):
     # a pipe in the open air touches no stone at any thickness of the mortar, and once kept the mortar from being told
     path = drawing(tmp_path / "wall.dxf", bond(12.0), 4, PIPES=[(2500, 400, 40)])

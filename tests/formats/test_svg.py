@@ -202,6 +202,14 @@ def test_what_the_style_sheet_hides_is_no_block(tmp_path, sheet, hidden):
         assert len(both.outlines) == 2
 
 
+def test_what_says_visible_within_something_hidden_is_a_block(tmp_path):
+    shown = STONE.replace("<rect ", '<rect visibility="visible" ')
+    group = f'<g style="visibility: hidden">{STONE}<g>{shown}{STONE}</g></g>'
+    assert [area(o) for o in read(tmp_path, group).outlines] == pytest.approx([0.02])
+    with pytest.raises(InputError, match="no outline"):
+        read(tmp_path, f'<g visibility="collapse">{STONE}</g>')
+
+
 @pytest.mark.parametrize(("shape", "message"), [
     ('<rect id="p" width="2,5" height="1"/>', "rect p: '2,5' is not one number"),  # not a width of 2
     ('<circle id="p" r="1 2"/>', "circle p: '1 2' is not one number"),
@@ -237,6 +245,7 @@ def test_mortar_of_nothing_is_refused_by_its_name(tmp_path):
 
 @pytest.mark.parametrize("nothing", [
     '<polygon points=""/>', '<line x1="3" y1="3" x2="3" y2="3"/>', '<path d="M3 3L3 3"/>',
+    '<use x="50"/>',  # a copy of nothing, not of what has no id
 ])
 def test_what_has_no_length_draws_nothing(tmp_path, nothing):
     assert [area(o) for o in read(tmp_path, nothing + STONE).outlines] == pytest.approx([0.02])

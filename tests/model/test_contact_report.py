@@ -390,6 +390,9 @@ def test_figure_shows_contacts_wedges_and_misses():
         legend_labels(figure)
     )
     missed = lug(20.0, joints={})
+    column = lm.build.column(width=0.4, depth=0.4, unit_height=0.2, courses=7, joint=JOINT)
+    with pytest.raises(lm.errors.InputError, match="report is of . blocks, the assembly has 8"):
+        lm.figures.contact_report(column, missed.contact_report())
     for view in ("elevation", "3d"):
         figure = lm.figures.contact_report(missed, view=view, labels=view == "3d")
         assert has(figure, "near misses")

@@ -22,15 +22,15 @@ from scipy.spatial.transform import Rotation
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
-from limitmason.arrays import Array, Index
+from limitmason.arrays import Array
 from limitmason.checks import count, instance, positive, several
 from limitmason.constants import VERSION
 from limitmason.errors import InputError
 from limitmason.figures.assembly_in_space import block_size
 from limitmason.figures.canvas import resultant
-from limitmason.figures.deformation import largest_movement, moved_blocks, rigid_motion
+from limitmason.figures.deformation import largest_movement, moved_blocks, rigid_motion, spread
 from limitmason.figures.outline import visible_edges, wall_plane
-from limitmason.figures.painter import VIEWPOINT_DEG
+from limitmason.figures.painter import VIEWPOINT_DEG, viewpoint
 from limitmason.figures.scene.beside import SceneMotion, ScenePose, scene_origin, side_by_side, together
 from limitmason.figures.style import force_text, round_length
 from limitmason.geometry.polyhedron import face_plane
@@ -91,6 +91,7 @@ def view(
         For an answer of another assembly, a curve that kept no states, or settings that make no sense.
     """
     most = count("frames", frames)
+    azimuth, elevation = np.radians(viewpoint(viewpoint_deg)).tolist()
     if scale is not None:
         positive("scale", scale)
     if isinstance(model, list | tuple):
@@ -114,8 +115,8 @@ def view(
         "joints": _joints(whole, origin),
         "forces": _forces(whole, answer, origin),
         "push": [] if push is None else np.concatenate([push[0] - origin, push[1]]).tolist(),
-        "azimuth": float(np.radians(viewpoint_deg[0])),
-        "elevation": float(np.radians(viewpoint_deg[1])),
+        "azimuth": azimuth,
+        "elevation": elevation,
         "front": _front(whole),
     }
     words = [motion.title, f"{whole.n_blocks} blocks, {len(whole.interfaces)} joints"]
@@ -248,7 +249,7 @@ def _of_curve(model: Assembly, curve: Curve, most: int) -> tuple[list[ScenePose]
         along = along if length is None else f"{length * curve.displacement[k]:.3g} mm"
         return f"{load} at {along}"
 
-    rows, peak = _spread(len(curve), most), int(curve.peak.index)
+    rows, peak = spread(len(curve), most), int(curve.peak.index)
     # the peak is among the samples shown, in place of the one nearest to it
     rows[int(np.argmin(np.abs(np.array(rows) - peak)))] = peak
     poses = [_moved(model, curve.states[k], sample=0, caption=said(k)) for k in rows]
@@ -266,7 +267,7 @@ def _of_history(model: Assembly, history: Any, most: int) -> list[ScenePose]:
         words = {"time": "{:.3g} s"} | words
     told = {c: w for c, w in words.items() if c in history.scalars and np.any(history.scalars[c])}
     poses = []
-    for k in _spread(len(history.shift), most):
+    for k in spread(len(history.shift), most):
         said = [w.format(float(history.scalars[c][k])) for c, w in told.items()] or [f"sample {k}"]
         pose = _moved(model, history, k, ", ".join(said))
         ground = pose.shift[model.fixed]
@@ -274,12 +275,6 @@ def _of_history(model: Assembly, history: Any, most: int) -> list[ScenePose]:
         common = ground[0] if len(ground) and np.ptp(ground, axis=0).max() < 1e-9 else 0.0  # [m]: moves as one
         poses.append(pose._replace(shift=pose.shift - common))
     return poses
-
-
-def _spread(count: int, most: int) -> list[int]:
-    """Numbers of at most ``most`` of ``count`` samples, even, with first and last."""
-    rows: Index = np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(int))
-    return [int(k) for k in rows]
 
 
 def _moved(model: Assembly, state: Any, sample: int, caption: str) -> ScenePose:
