@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -114,9 +114,10 @@ class Memo:
         # calls run by number: workers hand back numbers, and keys may be anything
         missing = [key for key in jobs if key not in self]
         numbered = [(k, jobs[key]) for k, key in enumerate(missing)]
-        for k, result in run_points(function, numbered, executor, workers):
-            if not isinstance(result, Unfinished):
-                yield missing[k], self.keep(missing[k], row(missing[k], result))
+        with closing(run_points(function, numbered, executor, workers)) as results:
+            for k, result in results:
+                if not isinstance(result, Unfinished):
+                    yield missing[k], self.keep(missing[k], row(missing[k], result))
 
     # ---- the file ------------------------------------------------------------------------------------------------
 
