@@ -169,6 +169,8 @@ class Simulator:
     def _run(self, missing: dict[tuple, Job]) -> None:
         """Simulate missing jobs in worker processes, check and keep each answer."""
         before = self.calls
+        if self._memo is not None:
+            self._memo.check_writable()
         keys, jobs = list(missing), list(missing.values())
         calls = [(k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
                  for k, j in enumerate(jobs)]
