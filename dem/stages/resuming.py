@@ -196,6 +196,32 @@ def check_same(path: Path, now: Mapping[str, str]) -> None:
         )
 
 
+def check_checkpoint(path: str | Path | None, *, begins: bool) -> None:
+    """Refuse to write a checkpoint over what would be lost.
+
+    Parameters
+    ----------
+    path : of the checkpoint, None for none
+    begins : whether the run begins, and is no part of one that the file may hold
+
+    Raises
+    ------
+    InputError
+        For a folder, a file that is no run, and a run that this one does not go on from.
+    """
+    if path is None or not named_path(path).exists():
+        return
+    if Path(path).is_dir():
+        raise InputError(f"the checkpoint {path} is a folder: give a file")
+    if Path(path).is_file() and "words" not in read_archive(path):
+        raise InputError(f"{path} is no checkpoint of a run, and would be lost: give another file")
+    if begins and Path(path).is_file():
+        raise InputError(
+            f"{path} holds a run already: go on with dem.resume(dem.History.load({str(path)!r}, assembly), stages, "
+            f"checkpoint={str(path)!r}), delete it to begin anew, or give another file"
+        )
+
+
 def check_continues(assembly: Assembly, state: State, loads: Loads, options: JointOptions | None) -> None:
     """Refuse to go on from a state with another model, other laws or other loads.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Unpack
 
@@ -14,7 +15,7 @@ from dem.model.state import DYNAMIC, State, UnstableError
 from dem.settings import StateOptions, given
 from dem.stages.history import History, RunSettings
 from dem.stages.recording import Recorder
-from dem.stages.resuming import RunStatus, check_continues, check_same_stages, stage_as_text
+from dem.stages.resuming import RunStatus, check_checkpoint, check_continues, check_same_stages, stage_as_text
 from dem.stages.run import Progress, go
 from dem.stages.stage_checks import check_stages, prescribed
 from dem.stages.stage_run import StageRun
@@ -68,7 +69,8 @@ def simulate(
         and a warning says so: until then the contacts of the start are all there are. None keeps them for ever: wrong
         where blocks leave them or meet others
     checkpoint, checkpoint_every : file to which the history so far is written every so many samples; ``History.load``
-        and :func:`resume` go on from it to the same bits, also when the process was killed
+        and :func:`resume` go on from it to the same bits, also when the process was killed. A run that begins does not
+        write over one that is there
     model : options of :func:`dem.initial_state`, by name. ``mode`` is "quasi-static" (scaled masses, local damping; the
         default) or "dynamic" (real masses). ``contact_points`` are the points of a joint along both its sides,
         ``contact_model`` where they lie on it, ``dt`` the time step [s], the longest stable one in dynamic runs. With
@@ -97,12 +99,16 @@ def simulate(
     """
     kept = Store(store) if isinstance(store, str | Path) else store
     if kept is not None:
-        instance("store", kept, Store, "or the name of a folder").check_free()
-    run = prepared(
-        assembly, stages, loads=loads, damping=damping, sample=sample, start=start, factors=factors,
-        detect_every=detect_every, store=kept, **model,
-    )
-    return _stepped(run, progress=progress, checkpoint=checkpoint, every=checkpoint_every)
+        instance("store", kept, Store, "or the name of a folder")
+    check_checkpoint(checkpoint, begins=start is None)
+    with nullcontext() if kept is None else kept.alone():
+        if kept is not None:
+            kept.check_free()
+        run = prepared(
+            assembly, stages, loads=loads, damping=damping, sample=sample, start=start, factors=factors,
+            detect_every=detect_every, store=kept, **model,
+        )
+        return _stepped(run, progress=progress, checkpoint=checkpoint, every=checkpoint_every)
 
 
 def _stepped(
@@ -220,7 +226,9 @@ def resume(
     instance("history", history, History)
     if history.position is None:
         raise InputError(f"the run is over ({history.status}): give simulate(start=history) further stages")
-    return _stepped(taken_up(history, stages), progress=progress, checkpoint=checkpoint, every=checkpoint_every)
+    check_checkpoint(checkpoint, begins=False)
+    with nullcontext() if history.store is None else history.store.alone():  # what is taken up cuts files
+        return _stepped(taken_up(history, stages), progress=progress, checkpoint=checkpoint, every=checkpoint_every)
 
 
 def taken_up(history: History, stages: Stage | Sequence[Stage]) -> StageRun:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,7 +15,12 @@ import numpy as np
 from limitmason.arrays import Index
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-from limitmason.storage.files import read_text, write_text
+from limitmason.storage.files import read_json, write_text
+
+try:
+    import fcntl
+except ImportError:  # no locks on this system: one process at a time
+    fcntl = None  # type: ignore[assignment]
 
 LAYOUT, CHECKPOINT = "layout.json", "checkpoint.npz"
 
@@ -49,13 +56,46 @@ class Store:
         chosen = range(assembly.n_blocks) if self.blocks is None else map(assembly.block_index, self.blocks)
         return np.array(sorted(set(chosen)), dtype=np.intp)
 
+    @contextmanager
+    def alone(self) -> Iterator[None]:
+        """Make the folder, and keep other runs from writing to it meanwhile.
+
+        Raises
+        ------
+        InputError
+            For a file of that name, and a folder to which another run writes.
+        """
+        folder = Path(self.folder)
+        if folder.exists() and not folder.is_dir():
+            raise InputError(f"the store {folder} is a file: give a folder")
+        folder.mkdir(parents=True, exist_ok=True)
+        if fcntl is None:
+            yield
+            return
+        held = os.open(folder, os.O_RDONLY)  # a lock of the folder itself, which ends with this process at the latest
+        try:
+            try:
+                fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                raise InputError(
+                    f"another run writes to {folder} now: wait for its end, or give another folder"
+                ) from None
+            yield
+        finally:
+            os.close(held)
+
     def check_free(self) -> None:
-        """Refuse a folder that holds a run that can be taken up or read."""
+        """Refuse a folder that holds a run that can be taken up or read, or files of somebody else."""
         if self.checkpoint.exists():
             raise InputError(
                 f"{self.folder} holds a run already: go on with dem.resume(dem.History.load({str(self.folder)!r}, "
                 "assembly), stages), or give another folder"
             )
+        folder = Path(self.folder)
+        if (folder / LAYOUT).exists():
+            _shapes(folder)  # left by a run that was killed before its first checkpoint
+        elif others := sorted(folder.glob("*.f8")):
+            raise InputError(f"{others[0]} is of no run, and would be lost: give another folder")
 
 
 class Samples:
@@ -119,11 +159,9 @@ class StoredSamples(Samples):
         InputError
             For a folder that lacks something, by name.
         """
-        layout = Path(folder) / LAYOUT  # names of the columns with the shapes of their entries
-        if not layout.exists():
+        if not (Path(folder) / LAYOUT).exists():
             raise InputError(f"{folder} lacks {LAYOUT!r}: no run was stored there")
-        shapes = json.loads(read_text(layout))["columns"]
-        out = cls(folder, {name: tuple(shape) for name, shape in shapes.items()}, count)
+        out = cls(folder, _shapes(folder), count)
         for name in out.shapes:
             # a file may be longer than that: a run that was killed wrote on after its last checkpoint
             file, size = out._file(name), count * out._row(name)
@@ -172,3 +210,21 @@ class StoredSamples(Samples):
     def _row(self, name: str) -> int:
         """Bytes of a sample of the column of a name."""
         return 8 * int(np.prod(self.shapes[name], dtype=np.int64))
+
+
+def _shapes(folder: str | Path) -> dict[str, tuple[int, ...]]:
+    """Names of the columns of a store with the shapes of their entries, as its layout says.
+
+    Raises
+    ------
+    InputError
+        For a file of that name that is something else.
+    """
+    layout = Path(folder) / LAYOUT
+    said = read_json(layout)
+    columns = said.get("columns") if isinstance(said, dict) else None
+    if not columns or not isinstance(columns, dict) or not all(
+        isinstance(shape, list) and all(isinstance(n, int) for n in shape) for shape in columns.values()
+    ):
+        raise InputError(f"{layout} is no layout of a run: it is damaged or of something else; give another folder")
+    return {name: tuple(shape) for name, shape in columns.items()}

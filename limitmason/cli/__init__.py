@@ -16,6 +16,7 @@ from limitmason.cli.console import refuse_same_file, say
 from limitmason.cli.parser import command_parser
 from limitmason.display.progress import reached, show_progress, task
 from limitmason.errors import InputError, NotApplicable, NotConverged
+from limitmason.storage.interrupts import handed_on
 
 _INTERRUPTED = 130
 """Exit status of what an interrupt ended: 128 and the number of the signal, as shells have it."""
@@ -44,7 +45,7 @@ def _run(options: argparse.Namespace) -> int:
     An error of input is told in one line.
     """
     try:
-        with task("limitmason"), warnings.catch_warnings():
+        with task("limitmason"), warnings.catch_warnings(), handed_on():  # of a run that ends early with what it has
             warnings.showwarning = _tell
             reached(0.0, share=1.0)
             refuse_same_file(options)

@@ -248,6 +248,8 @@ def compare(
             say(f"{where} ...")
             reached(done / missing, method, share=1.0 / missing)
             done += 1
+            if memo is not None:
+                memo.check_writable()
             given = {**settings[method], **_taken_over(method, settings, rows)}
             row = _solve(assembly, loads, method, given, proven)
             if memo is not None:

@@ -2,6 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import closing
 from functools import partial
 from math import isfinite, nan
 from numbers import Real
@@ -167,14 +168,17 @@ class Simulator:
     def _run(self, missing: dict[tuple, Job]) -> None:
         """Simulate missing jobs in worker processes, check and keep each answer."""
         before = self.calls
+        if self._memo is not None:
+            self._memo.check_writable()
         keys, jobs = list(missing), list(missing.values())
         calls = [(k, {"simulate": self.simulate, "specimen": self.specimens[j.specimen], "job": j})
                  for k, j in enumerate(jobs)]
-        for k, value in run_points(_call, calls, executor=None, workers=self.n_jobs):
-            self._known[keys[k]] = self._checked(jobs[k], value)
-            if self._memo is not None:
-                self._memo.keep(self._text(jobs[k]), self._known[keys[k]])
-            reached((self.calls - before) / len(jobs), f"{self.calls - before} of {len(jobs)}")
+        with closing(run_points(_call, calls, executor=None, workers=self.n_jobs)) as results:
+            for k, value in results:
+                self._known[keys[k]] = self._checked(jobs[k], value)
+                if self._memo is not None:
+                    self._memo.keep(self._text(jobs[k]), self._known[keys[k]])
+                reached((self.calls - before) / len(jobs), f"{self.calls - before} of {len(jobs)}")
 
     def _asked(self, specimen: int) -> frozenset[str]:
         return frozenset(self.needed) if self.asked is None else self.asked[specimen]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import IO, Any
 
@@ -60,6 +60,7 @@ class Memo:
         path, of, kind : see the class
         """
         self.path = None if path is None else Path(path)
+        self._file = None if path is None else Path(path).absolute()  # a run may go to another folder
         self.of, self.kind = of, kind
         self.rows: dict[str, Any] = {}
         if self.path is not None and self.path.is_dir():
@@ -81,6 +82,7 @@ class Memo:
         """The result of a key, computed and kept where there is none yet."""
         if key in self:
             return self[key]
+        self.check_writable()
         with handed_on():
             result = compute()
         return self.keep(key, result)
@@ -114,9 +116,24 @@ class Memo:
         # calls run by number: workers hand back numbers, and keys may be anything
         missing = [key for key in jobs if key not in self]
         numbered = [(k, jobs[key]) for k, key in enumerate(missing)]
-        for k, result in run_points(function, numbered, executor, workers):
-            if not isinstance(result, Unfinished):
-                yield missing[k], self.keep(missing[k], row(missing[k], result))
+        if missing:
+            self.check_writable()
+        with closing(run_points(function, numbered, executor, workers)) as results:
+            for k, result in results:
+                if not isinstance(result, Unfinished):
+                    yield missing[k], self.keep(missing[k], row(missing[k], result))
+
+    def check_writable(self) -> None:
+        """Make the file where there is none, so that no run is computed that could not be kept.
+
+        Raises
+        ------
+        OSError
+            Naming what may not be written.
+        """
+        if self._file is not None:
+            self._file.parent.mkdir(parents=True, exist_ok=True)
+            self._file.open("ab").close()
 
     # ---- the file ------------------------------------------------------------------------------------------------
 
@@ -175,10 +192,10 @@ class Memo:
 
         Other processes may write to the file too.
         """
-        assert self.path is not None
+        assert self._file is not None
         line = json.dumps(entry).encode() + b"\n"
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("ab+", buffering=0) as file, _locked(file):
+        self._file.parent.mkdir(parents=True, exist_ok=True)
+        with self._file.open("ab+", buffering=0) as file, _locked(file):
             end = _whole(file)  # where the last whole line ends
             try:
                 if end == 0:

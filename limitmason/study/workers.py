@@ -5,11 +5,17 @@ more than it takes to start them, what is left goes to them, so many calls at a 
 The rows of a study are the same either way.
 """
 
+import os
+import signal
+import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, as_completed, wait
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, Future, wait
+from contextlib import closing, suppress
+from itertools import islice
 from numbers import Integral
+from queue import SimpleQueue
 from typing import Any
 
 from limitmason.answers.results import Prediction
@@ -17,6 +23,7 @@ from limitmason.errors import InputError
 from limitmason.storage.interrupts import handed_on
 
 Job = tuple[int, Mapping[str, Any]]
+Results = Generator[tuple[int, Any], None, None]
 
 PATIENCE = 0.25
 """Seconds after which a call on an executor is long."""
@@ -30,6 +37,9 @@ START = 3.0
 _LEAST = 32  # chunks in which calls go to an executor of unknown size, at least; chosen
 _EACH = 4  # chunks for every worker, at least: one that is done early takes another; chosen
 _IDLE = 300  # seconds without work after which worker processes end; chosen
+_ORPHANED = 0.5  # seconds between two looks of a worker process whether its parent is still there; chosen
+_ENDING = 10.0  # seconds to wait at most until worker processes have ended; chosen
+_NAMED = 4  # runs that an error names; chosen
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS")
 
 
@@ -49,7 +59,7 @@ class _Done:
 
 def run_points(
     function: Callable[..., Any], jobs: Sequence[Job], executor: Any, workers: int
-) -> Iterator[tuple[int, Any]]:
+) -> Results:
     """Numbered results as they come; an :class:`Unfinished` is handed on as a result.
 
     Parameters
@@ -73,8 +83,10 @@ def run_points(
         left = len(jobs) - done
         # processes only where they save more time than starting them takes: all that is left but a worker's share
         if workers > 1 and done and spent / done * left * (1.0 - 1.0 / workers) >= START:
-            pool = _processes(min(workers, left))
-            yield from _unpacked(pool, function, _chunks(jobs[done:], spent / done, _EACH * workers))
+            most = min(workers, left)
+            chunks = _chunks(jobs[done:], spent / done, _EACH * workers)
+            with closing(_unpacked(_processes(most), function, chunks, at_once=most)) as results:
+                yield from results
             return
         begun = time.perf_counter()
         result = _call(function, point)
@@ -83,12 +95,23 @@ def run_points(
 
 
 def _call(function: Callable[..., Any], point: Mapping[str, Any]) -> Any:
-    """Result of one call, or the :class:`Unfinished` that it ended with."""
+    """Result of one call, or the :class:`Unfinished` that it ended with; any other error says at which point."""
     try:
         with handed_on():
             return function(**point)
     except Unfinished as stopped:
         return stopped
+    except Exception as error:
+        words = in_words(point)
+        if words and not getattr(error, "__notes__", ()):  # else it has said where it was called
+            error.add_note(f"at {words}")
+        raise
+
+
+def in_words(point: Mapping[str, Any]) -> str:
+    """The numbers and words of a point, and mappings of these."""
+    plain = (bool, int, float, str, Mapping)
+    return ", ".join(f"{name} = {value}" for name, value in point.items() if isinstance(value, plain))
 
 
 def _chunk(function: Callable[..., Any], jobs: Sequence[Job]) -> _Done:
@@ -137,11 +160,12 @@ def _chunks(jobs: Sequence[Job], seconds: float, least: int) -> list[Sequence[Jo
 
 
 def _unpacked(
-    executor: Any, function: Callable[..., Any], chunks: Sequence[Sequence[Job]], begun: Sequence[Future] = ()
-) -> Iterator[tuple[int, Any]]:
+    executor: Any, function: Callable[..., Any], chunks: Sequence[Sequence[Job]], *,
+    begun: Mapping[Future, Sequence[Job]] | None = None, at_once: int | None = None,
+) -> Results:
     """Number and result of every call, chunk by chunk as these end.
 
-    An error is raised once the results before it are handed on, and what has not begun is then called off.
+    After an error no chunk begins any more. It is raised once the results of all that is under way are handed on.
 
     Parameters
     ----------
@@ -149,27 +173,92 @@ def _unpacked(
     function : what is called
     chunks : jobs of every chunk
     begun : chunks already under way, whose results come among the others
+    at_once : chunks that are under way together, of worker processes of our own, which end where this is left early;
+        None hands all of them over
     """
-    futures = [*begun, *(executor.submit(_chunk, function, part) for part in chunks)]
+    left, under_way, failed = iter(chunks), dict(begun or {}), None
+    ended: SimpleQueue[Future] = SimpleQueue()
+
+    def submit(count: int | None) -> None:
+        for jobs in islice(left, count):
+            future = executor.submit(_chunk, function, jobs)
+            under_way[future] = jobs
+            future.add_done_callback(ended.put)
+
     try:
-        for future in as_completed(futures):
+        for future in list(under_way):
+            future.add_done_callback(ended.put)
+        submit(at_once)
+        while under_way:
+            future = ended.get()
+            if future.cancelled():
+                del under_way[future]
+                continue
             done: _Done = future.result()
+            del under_way[future]
+            if done.error is None and failed is None:
+                submit(1)
+            elif failed is None:
+                failed, left = done.error, iter(())
+                for other in list(under_way):
+                    other.cancel()
             yield from done.results
-            if done.error is not None:
-                raise done.error
+        if failed is not None:
+            raise failed
+    except BrokenExecutor as error:
+        raise ChildProcessError(_lost(under_way.values())) from error
     finally:
-        for future in futures:
-            future.cancel()
+        if under_way and at_once is not None:
+            _end(executor, under_way)
+        else:
+            for future in list(under_way):
+                future.cancel()
+
+
+def _lost(chunks: Iterable[Sequence[Job]]) -> str:
+    """What to say where a worker process has ended in the middle of one of some chunks."""
+    points = [in_words(point) for jobs in chunks for _, point in jobs]
+    named = "; ".join(points[:_NAMED]) + (f"; and {len(points) - _NAMED} more" if len(points) > _NAMED else "")
+    return (
+        f"a worker process was killed, or crashed, in one of the runs under way ({named}), as happens where memory is "
+        "short: runs that had ended are kept where there is a store; start again, with fewer workers, to go on"
+    )
 
 
 def _processes(workers: int) -> Any:
     """So many worker processes of joblib, each with one thread for linear algebra.
 
-    They end after five minutes without work.
+    They end after five minutes without work, and with this process, also where that is killed.
     """
     from joblib.externals.loky import get_reusable_executor
 
-    return get_reusable_executor(max_workers=workers, timeout=_IDLE, env=dict.fromkeys(_THREADS, "1"))
+    return get_reusable_executor(
+        max_workers=workers, timeout=_IDLE, env=dict.fromkeys(_THREADS, "1"), initializer=_end_with,
+        initargs=(os.getpid(),),
+    )
+
+
+def _end(executor: Any, under_way: Iterable[Future]) -> None:
+    """End worker processes that compute for nobody: Python would wait for them when it ends.
+
+    What they have ``under_way`` fails, by which all know that the executor is no more.
+    """
+    # not by its shutdown, whose thread fails where a chunk was handed over a moment ago
+    for process in list(getattr(executor, "_processes", None) or ()):
+        with suppress(ProcessLookupError):
+            os.kill(process, signal.SIGTERM)
+    wait(under_way, timeout=_ENDING)
+
+
+def _end_with(parent: int) -> None:
+    """End this worker process once its ``parent`` is no more, which else would go on for nobody."""
+
+    def look() -> None:
+        while os.getppid() == parent:  # an orphan has another
+            time.sleep(_ORPHANED)
+        os._exit(1)
+
+    threading.Thread(target=look, daemon=True).start()
 
 
 def _as_executor(executor: Any) -> Any:
@@ -181,7 +270,7 @@ def _as_executor(executor: Any) -> Any:
     return executor
 
 
-def _on_executor(function: Callable[..., Any], jobs: Sequence[Job], executor: Any) -> Iterator[tuple[int, Any]]:
+def _on_executor(function: Callable[..., Any], jobs: Sequence[Job], executor: Any) -> Results:
     """Numbered results of calls on an executor, in chunks where calls are short.
 
     How long one takes is told by the first, for which ``PATIENCE`` is waited. Calls that take longer go one by one, as
@@ -198,4 +287,5 @@ def _on_executor(function: Callable[..., Any], jobs: Sequence[Job], executor: An
     first = executor.submit(_chunk, function, jobs[:1])
     wait([first], timeout=PATIENCE)
     seconds = first.result().seconds if first.done() and first.exception() is None else CHUNK
-    yield from _unpacked(executor, function, _chunks(jobs[1:], seconds, _LEAST), begun=[first])
+    with closing(_unpacked(executor, function, _chunks(jobs[1:], seconds, _LEAST), begun={first: jobs[:1]})) as results:
+        yield from results

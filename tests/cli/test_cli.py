@@ -1,5 +1,6 @@
 """The command line, run as a user would: what it prints, writes, and says when the input is wrong."""
 
+import argparse
 import csv
 import json
 import re
@@ -13,6 +14,7 @@ from limitmason import cli
 from limitmason.cli import main, solve_and_draw
 from limitmason.cli.parser import command_parser
 from limitmason.formats import read_json, read_prediction
+from limitmason.storage.interrupts import ends_early
 
 
 def run(*arguments, capsys):
@@ -375,3 +377,19 @@ def test_a_verdict_is_not_asked_of_a_push_the_other_way(tmp_path, capsys):
     status, _, err = run("assess", tmp_path / "wall.json", "--site", 0.15, 2.45, 0.28, "--to", "-1mm", capsys=capsys)
     assert status == 2
     assert "--to must be positive [m], got -0.001" in err
+
+
+def test_an_interrupted_search_prints_what_it_has_and_ends_with_the_status_of_an_interrupt(monkeypatch, capsys):
+    """It ended with 3, "no finite multiplier", below the multiplier that it had printed."""
+
+    def searched(_):
+        print("0.2637, the lowest of 3 trials")
+        ends_early()
+        return 3
+
+    typed = argparse.Namespace(run=searched, progress=None, debug=False)
+    monkeypatch.setattr(cli, "command_parser", lambda: argparse.Namespace(parse_args=lambda _: typed))
+    assert cli.main(["solve"]) == 130
+    said = capsys.readouterr()
+    assert "0.2637" in said.out
+    assert said.err == "interrupted\n"

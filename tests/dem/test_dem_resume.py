@@ -304,3 +304,25 @@ def test_every_field_of_a_stage_and_of_its_damping_counts():
     for other in (replace(plain, calm=1e-3), replace(plain, damping=dem.Damping(local=0.5, combined=True))):
         with pytest.raises(InputError, match="is not the one"):
             check_same_stages([other], [old])
+
+
+def test_a_run_that_begins_writes_over_no_checkpoint_and_no_file_of_somebody_else(tmp_path):
+    """The same script, started again after a kill, wrote its first samples over what was to be gone on from."""
+    wall, loads = wall_and_loads()
+    hold, path = dem.Hold(steps=300), tmp_path / "cut.npz"
+    options = {"loads": loads, "sample": 50, "checkpoint": path, "checkpoint_every": 2}
+    cut = dem.simulate(wall, hold, progress=lambda sample: sample["step"] >= 200, **options)
+    before = path.read_bytes()
+    with pytest.raises(InputError, match=r"cut.npz holds a run already: go on with dem.resume"):
+        dem.simulate(wall, hold, **options)
+    assert path.read_bytes() == before
+    whole = dem.simulate(wall, hold, loads=loads, sample=50)
+    again = dem.resume(dem.History.load(path, wall), hold, checkpoint=path, checkpoint_every=2)
+    assert_same(again, whole)
+    # a run that goes on from another takes its file
+    dem.simulate(wall, hold, start=cut, checkpoint=path, checkpoint_every=2)
+    np.savez(tmp_path / "mine.npz", x=np.arange(3.0))
+    with pytest.raises(InputError, match=r"mine.npz is no checkpoint of a run, and would be lost"):
+        dem.simulate(wall, hold, start=cut, checkpoint=tmp_path / "mine.npz")
+    with pytest.raises(InputError, match="is a folder: give a file"):
+        dem.resume(cut, hold, checkpoint=tmp_path)

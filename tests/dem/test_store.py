@@ -143,3 +143,42 @@ def test_the_part_that_is_done_counts_steps_not_stages():
         run.advance()
         parts.append(run.where[0])
     assert parts == pytest.approx(np.arange(1, 21) / 20.0)
+
+
+def test_nothing_of_somebody_else_is_written_over(tmp_path):
+    """Arrays of those names were cut to nothing, and a file in place of the folder was told in the system's words."""
+    brief = dem.Hold(steps=10)
+    (tmp_path / "file").write_text("mine")
+    with pytest.raises(InputError, match=r"the store .*file is a file: give a folder"):
+        dem.simulate(WALL, brief, store=tmp_path / "file")
+    (tmp_path / "shift.f8").write_text("mine")
+    with pytest.raises(InputError, match=r"shift.f8 is of no run, and would be lost"):
+        dem.simulate(WALL, brief, store=tmp_path)
+    for text, words in (("mine", "not JSON"), ('{"columns": 3}', "no layout of a run"), ("[]", "no")):
+        (tmp_path / "layout.json").write_text(text)
+        with pytest.raises(InputError, match=rf"layout.json.*{words}"):
+            dem.simulate(WALL, brief, store=tmp_path)
+        assert (tmp_path / "layout.json").read_text() == text
+    assert (tmp_path / "shift.f8").read_text() == "mine"
+
+
+def test_two_runs_do_not_write_to_one_folder(tmp_path):
+    """Both appended their samples to the same files: every other one was of the other run, and nothing said so."""
+    second = []
+
+    def start_again(_):
+        with pytest.raises(InputError, match="another run writes to .*run now"):
+            dem.simulate(WALL, dem.Hold(steps=40), store=tmp_path / "run", **OPTIONS)
+        second.append(1)
+
+    cut = dem.simulate(WALL, dem.Hold(steps=80), store=tmp_path / "run", progress=start_again, **OPTIONS)
+    assert len(second) == 2
+    assert cut.shift.shape[0] == 2
+
+    def cut_short(_):
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        dem.simulate(WALL, dem.Hold(steps=80), store=tmp_path / "next", progress=cut_short, **OPTIONS)
+    # the folder is free again, and without a checkpoint nothing in it can be gone on from
+    assert dem.simulate(WALL, dem.Hold(steps=80), store=tmp_path / "next", **OPTIONS).status == "finished"

@@ -412,3 +412,40 @@ def test_what_an_interrupt_cut_short_is_not_kept(keeps, tmp_path, interruptible)
     slides = math.tan(math.radians(33.0))
     whole = {"sweep": [0.1, 0.1], "once": [0.1], "compare": [slides]}[keeps]
     assert study() == pytest.approx(whole, rel=0.01)
+
+
+@pytest.mark.parametrize("keeps", ["sweep", "once", "compare"])
+def test_nothing_is_computed_for_a_file_that_cannot_be_written(keeps, tmp_path):
+    """The first run, of an hour perhaps, was lost: only when it was to be kept was the file tried."""
+    (tmp_path / "file").write_text("mine")
+    begun: list[int] = []
+    path = tmp_path / "file" / "rows"
+
+    def run(k=1):
+        begun.append(k)
+
+    def study():
+        if keeps == "compare":
+            block = lm.build.column(width=0.4, depth=0.4, unit_height=0.2, courses=1, joint=JOINT)
+            return lm.compare(block, lm.Loads.horizontal(block), ("associative",), store=path.parent, associative={})
+        return sweep(run, {"k": [1]}, store=path, key="k") if keeps == "sweep" else Memo(path).once(1, run)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("limitmason.comparison.comparing._solve", lambda *_: run())
+        with pytest.raises(OSError, match="file"):
+            study()
+    assert not begun
+    assert (tmp_path / "file").read_text() == "mine"
+
+
+def test_a_run_that_goes_to_another_folder_takes_no_row_with_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "elsewhere").mkdir()
+
+    def run(k):
+        os.chdir(tmp_path / "elsewhere")
+        return k
+
+    sweep(run, {"k": [1, 2]}, store="rows", key="k")
+    assert not (tmp_path / "elsewhere" / "rows").exists()
+    assert len(Memo(tmp_path / "rows", "k")) == 2

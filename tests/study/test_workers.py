@@ -2,11 +2,15 @@
 
 import os
 import pickle
+import subprocess
 import threading
 import time
 from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from itertools import islice
 
 import pytest
+from processes import LONGEST, ended, ready, said, together
 
 from limitmason import study
 from limitmason.study import workers
@@ -160,3 +164,93 @@ def test_tables_are_equal_with_and_without_workers(soon):
     assert study.sweep(square, {"x": range(30)}, workers=2) == alone
     assert study.sweep(square, {"x": range(30)}, executor=Counting()) == alone
     assert study.sweep(square, {"x": range(30)}, workers=-1) == alone
+
+
+def late(x):
+    """Of two calls at once one fails, and the other ends after that."""
+    if x == 2:
+        time.sleep(0.05)
+        raise RuntimeError("two")
+    time.sleep(0.2 if x == 1 else 0.0)
+    return x
+
+
+def test_what_is_under_way_when_a_run_fails_is_kept_and_the_error_names_the_point(soon, monkeypatch):
+    """An hour's run beside the one that failed was computed to its end, and then thrown away."""
+    monkeypatch.setattr(workers, "_processes", ThreadPoolExecutor)
+    monkeypatch.setattr(workers, "CHUNK", 0.0)
+    got = []
+    with pytest.raises(RuntimeError, match="two") as raised:
+        got.extend(run_points(late, points(40), None, 2))
+    assert got == [(0, 0), (1, 1)]
+    assert raised.value.__notes__[0] == "at x = 2"
+    with pytest.raises(RuntimeError) as raised:
+        list(run_points(late, points(3), None, 1))
+    assert raised.value.__notes__ == ["at x = 2"]
+
+
+class Lost:
+    """An executor whose first worker process is killed."""
+
+    def submit(self, *_):
+        future = Future()
+        future.set_exception(BrokenProcessPool("a process was terminated abruptly"))
+        return future
+
+
+def test_a_worker_that_was_killed_is_told_with_the_points_that_it_may_have_died_of(soon, monkeypatch):
+    monkeypatch.setattr(workers, "_processes", lambda n: Lost())
+    monkeypatch.setattr(workers, "CHUNK", 0.0)
+    with pytest.raises(ChildProcessError, match=r"killed, .* \(x = 1; x = 2\).* are kept .* fewer workers"):
+        list(run_points(square, points(30), None, 2))
+
+
+def idle(pipe):
+    """A worker process of a process that waits to be killed."""
+    ready(pipe)
+    parent = os.getpid()
+    if os.fork() == 0:
+        workers._end_with(parent)
+        pipe.send("works")
+        time.sleep(LONGEST)
+    pipe.close()
+    time.sleep(LONGEST)
+
+
+def test_worker_processes_end_with_a_process_that_is_killed():
+    """They went on computing for nobody, and then waited five minutes."""
+    [parent], [pipe] = together(idle, [()])
+    assert said(pipe) == "works"
+    parent.kill()
+    ended(parent)
+    assert said(pipe) is None  # nobody holds its other end any more
+
+
+class Working:
+    """An executor with a worker process that comes to no end."""
+
+    def __init__(self):
+        self.process = subprocess.Popen(["sleep", str(LONGEST)])
+        self._processes = {self.process.pid: self.process}
+        self.given = 0
+
+    def submit(self, function, *arguments):
+        self.given += 1
+        future = Future()
+        if self.given == 1:
+            future.set_result(function(*arguments))
+        return future
+
+
+def test_a_study_that_is_interrupted_ends_its_worker_processes(soon, monkeypatch):
+    """Ctrl-C waited for the calls under way and those handed over, and threw their results away."""
+    monkeypatch.setattr(workers, "_processes", lambda n: Working.made.append(Working()) or Working.made[0])
+    monkeypatch.setattr(workers, "_ENDING", 0.0)
+    Working.made = []
+    results = run_points(square, points(30), None, 2)
+    assert [number for number, _ in islice(results, 3)] == [0, 1, 2]
+    [pool] = Working.made
+    assert pool.given == 3, "no more than two chunks at once"
+    with pytest.raises(KeyboardInterrupt):
+        results.throw(KeyboardInterrupt())
+    assert pool.process.wait(LONGEST) != 0
