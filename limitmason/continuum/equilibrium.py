@@ -268,11 +268,13 @@ class Solver:
             both = self._linear(now, self.unbalanced(now, factor))
             if both is None:
                 return None
-            slope = float(self.row @ both[:, 1])
-            if not abs(slope) > _NO_SLOPE * float(np.abs(both[:, 1]).max()):
-                return None
-            # change of the multiplier that brings the control displacement to its target
-            more = 0.0 if target is None else (target - float(self.row @ (u + both[:, 0]))) / slope
+            more = 0.0
+            if target is not None:
+                slope = float(self.row @ both[:, 1])
+                if not abs(slope) > _NO_SLOPE * float(np.abs(both[:, 1]).max()):
+                    return None
+                # change of the multiplier that brings the control displacement to its target
+                more = (target - float(self.row @ (u + both[:, 0]))) / slope
             factor += more
             off = float(np.linalg.norm(self.unbalanced(now, factor))) / self.size(factor)
             if not np.isfinite(off):
