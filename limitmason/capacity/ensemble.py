@@ -92,7 +92,7 @@ class Ensemble(ReadOnly):
         """Median and 5 and 95 % quantiles of both loads."""
         rows = [["", "median", "5 %", "95 %", "spread", "paths"]]
         for name, s in (("first loss", self.spread_of_first_loss), ("sustained", self.spread_of_sustained)):
-            wide = f"{100.0 * (s.high - s.low) / s.median:.1f} %" if s.paths and s.median else "-"
+            wide = f"{100.0 * (s.high - s.low) / abs(s.median):.1f} %" if s.paths and s.median else "-"
             rows.append(
                 [name, f"{s.median:.4f}", f"{s.low:.4f}", f"{s.high:.4f}", wide, f"{s.paths} of {len(self.status)}"]
             )

@@ -93,11 +93,14 @@ def test_a_comparison_says_what_its_three_loads_are(compared):
 
 def test_what_cannot_begin_is_refused():
     wall, loads = l_wall()
+    own = lm.limit_analysis(wall, loads)
+    with pytest.raises(InputError, match=r"to \[m\] must be a finite number"):
+        lm.pushover(wall, loads, initial=own, to="1e-3")
     other = lm.limit_analysis(wall, loads, contact_model="grid", grid=(3, 3))
     with pytest.raises(InputError, match="same contact_model and grid"):
         lm.pushover(wall, loads, initial=other, to=1e-3)
     with pytest.raises(InputError, match="without gaps, start"):
-        lm.pushover(wall, loads, initial=lm.limit_analysis(wall, loads), gaps=np.zeros(136), to=1e-3)
+        lm.pushover(wall, loads, initial=own, gaps=np.zeros(136), to=1e-3)
     with pytest.raises(InputError, match="goes_on"):
         lm.predict(wall, loads, "sustained", goes_on=0.0)
     joint = lm.Joint(10.0)
