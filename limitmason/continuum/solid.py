@@ -358,14 +358,14 @@ def _negative(d: Discretisation, factor: Factor, mass: Array, shift: float) -> i
     return d.factor(factor.values - shift * mass).negative
 
 
-def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str, ...] = ()) -> VibratingSystem:
+def vibrating(model: Continuum, factor: Factor, label: str) -> VibratingSystem:
     """A solid as a system that vibrates.
 
     Parameters
     ----------
     model : the solid
     factor : of its stiffness, elastic or damaged
-    label, warnings : of the system
+    label : of the system, in words
     """
     d = model.discretisation
     extra = np.repeat(model.lumped, 3)
@@ -379,7 +379,7 @@ def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str,
     return VibratingSystem(
         stiffness=d.assembled(factor.values), mass=d.assembled(mass), excited=excited.reshape(-1, 3)[d.order],
         spread=partial(_at_nodes, d), carrier=NodeCarrier(model), total=np.full(3, model.mass), label=label,
-        solve=partial(factor.solve, corrections=0), warnings=warnings, below=partial(_negative, d, factor, mass),
+        solve=partial(factor.solve, corrections=0), below=partial(_negative, d, factor, mass),
     )
 
 
