@@ -47,14 +47,6 @@ class Crossings(NamedTuple):
     inside: Array
     along: tuple[Array, Array]
 
-    def at(self, rows: Index | Flags) -> "Crossings":
-        """Some of them."""
-        (p, q), (x, y), (u, v) = self.side, self.place, self.along
-        return Crossings(
-            side=(p[rows], q[rows]), place=(x[rows], y[rows]), gap=self.gap[rows], inside=self.inside[rows],
-            along=(u[rows], v[rows]),
-        )
-
 
 def following(shapes: Shapes) -> Index:
     """Number of the corner that follows every corner round its face, shape (q,), where its side ends."""
