@@ -42,7 +42,7 @@ class Near(NamedTuple):
 
     def at(self, rows: Index | Flags) -> "Near":
         """Some of them, by number or by flag."""
-        return Near(*(column[rows] for column in self))
+        return Near._make(column[rows] for column in self)
 
     def with_rows(self, other: "Near") -> "Near":
         """These and others behind them."""
