@@ -65,7 +65,10 @@ class Modes(Displayed, Tabular, ReadOnly):
 
     @property
     def share(self) -> Array:
-        """Participating mass over the mass that can move [-], shape (k, 3); 0 along an axis on which none can."""
+        """Participating mass over the mass that can move [-], shape (k, 3).
+
+        It is 0 along an axis on which none can.
+        """
         total = self.system.total
         return np.asarray(self.participating / np.where(total > 0.0, total, np.inf))
 
