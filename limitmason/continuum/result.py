@@ -182,9 +182,10 @@ _SCALARS = ("multiplier", "control", "residual", "iterations", "stored", "lost",
 
 
 def _first_crack(solver: Solver, nodes: list[EquilibriumState]) -> int | None:
-    """Number of the first state with a crack, or None. Crushing loses energy too, and is none.
+    """Number of the first state with a crack, or None.
 
-    The crack strain of a state that has not kept it is that of its displacement by itself, as before any crack.
+    Crushing loses energy too, and is no crack. The crack strain of a state that has not kept it is that of its
+    displacement by itself, as before any crack.
     """
     c = solver.curves
     for i, n in enumerate(nodes):
@@ -229,7 +230,8 @@ def curve_of(
     error[0] = 0.0
     energy = Energy(work_of_live, work_of_dead, stored, lost, error)
     events = [Event("jump", i) for i, n in enumerate(nodes) if n.jump]
-    if (first := _first_crack(Solver(model, model.functional(point, direction), tolerance, band), nodes)) is not None:
+    first = _first_crack(Solver(model, model.functional(point, direction), tolerance, band), nodes)
+    if first is not None:
         events.append(Event("first crack", first))
     missed = float(np.abs(error).max())
     if missed > _MISSED:
