@@ -182,7 +182,9 @@ def pushover(
     anew = finds_contacts_anew(assembly, blocks, contacts)
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
-    settles = to == 0.0 and not loads.live.any() and control == "live"
+    settles = to is not None and finite("to [m]", to) == 0.0 and not loads.live.any() and control == "live"
+    if to == 0.0 and not settles:
+        raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
     # the dead load alone: it stands in for a live one, which a control needs, at multiplier 0
     loads = replace(loads, live=loads.dead, live_arms=loads.dead_arms) if settles else loads
     assembly, loads, control = as_one_assembly(assembly, loads, control)
@@ -223,8 +225,6 @@ def pushover(
         return _falls(generations, warnings)
     if settles:
         return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + too_stiff, unit=None)
-    if to is not None and finite("to [m]", to) == 0.0:
-        raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said + too_stiff + landed_warnings(generations, nodes)

@@ -238,7 +238,7 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     # plastic work by the trapezoidal rule: the error of the balance is then of third order in the step
     mean = 0.5 * (old + new)
     lost = float(-(mean[:, 1:] * slip).sum() - (mean[:, 0] * lift).sum())
-    broken = _released(s, before, after, first.apart, last.apart)
+    broken = _taken_by_damage(s, before, after, first.apart, last.apart)
     if s.assembly.ties:
         pulled, pulls = tensions(s, before)[0], tensions(s, after)[0]
         most = np.array([t.strength for t in s.assembly.ties])  # [N]
@@ -254,27 +254,20 @@ def certify(s: Structure, before: PathState, after: PathState, jump: bool = Fals
     # and one that self-stress drives, by the energy that it sets free
     gross = max(abs(live) + abs(dead), abs(change), _IDLE * s.weight * elastic)
     off, least = equilibrium(s, after, last), float(end_loss.min(initial=0.0)) / gross
-    if jump:
-        taken = live + dead - change
-        fell = float(np.max(np.asarray(before.damage) - after.damage, initial=0.0))
-        return (
-            StepCertificate(
-                equilibrium=off, excess=excess, flow=flow, against=against, dissipation=least, energy=taken / gross,
-                jump=True, damage=fell,
-            ),
-            Balance(live=live, dead=dead, stored=change, lost=0.0, broken=0.0, jumped=taken),
-        )
-    error = (live + dead - change - lost - broken) / gross
-    return (
-        StepCertificate(
-            equilibrium=off, excess=excess, flow=flow, against=against, dissipation=least, energy=error, jump=False,
-            damage=damage_error(s, before, after, first, last),
-        ),
-        Balance(live=live, dead=dead, stored=change, lost=lost, broken=broken),
+    if jump:  # its path is not known: all that is left over goes to motion and to the joints that break
+        left, damage = live + dead - change, float(np.max(np.asarray(before.damage) - after.damage, initial=0.0))
+        balance = Balance(live=live, dead=dead, stored=change, lost=0.0, jumped=left)
+    else:
+        left, damage = live + dead - change - lost - broken, damage_error(s, before, after, first, last)
+        balance = Balance(live=live, dead=dead, stored=change, lost=lost, broken=broken)
+    certificate = StepCertificate(
+        equilibrium=off, excess=excess, flow=flow, against=against, dissipation=least, energy=left / gross, jump=jump,
+        damage=damage,
     )
+    return certificate, balance
 
 
-def _released(s: Structure, before: PathState, after: PathState, began: Array, apart: Array) -> float:
+def _taken_by_damage(s: Structure, before: PathState, after: PathState, began: Array, apart: Array) -> float:
     """Stored energy that damage takes in a step [J]: the opening beyond the strength times what the tension falls by.
 
     Damage h by opening goes with the opening x, h = rate x, so that the mean of x over the fall is exact; damage by

@@ -85,12 +85,8 @@ def certified_curve(
         parts = [f"{len(breaks)} where joints break at once"] * bool(breaks)
         parts += [f"{through} to a state that no path leads to"] * bool(through)
         warnings.append(f"{len(jumps)} of {len(nodes) - 1} steps are jumps, {' and '.join(parts)}")
-    if said := _stayed(generations, nodes):
-        warnings.append(said)
-    if generations.shapes is None and (said := _through(generations, nodes)):
-        warnings.append(said)
-    if said := _returned(generations, nodes):
-        warnings.append(said)
+    through_each_other = _through(generations, nodes) if generations.shapes is None else ""
+    warnings += filter(None, (_stayed(generations, nodes), through_each_other, _returned(generations, nodes)))
     renewed = [k for k, n in enumerate(nodes) if n.onward is not None]
     events = [Event("jump", k) for k in jumps]
     events += [Event("joint breaks", b.sample, b.joints[0], b.energy) for b in breaks]

@@ -261,7 +261,7 @@ class Generations:
         for pose, other, slope, speed in self.tangents:
             if pose is node.pose and other is since:
                 return slope, speed
-        step = self.systems[node.generation].onward(self._reached(node, before), move)
+        step = self.systems[node.generation].along_tangent(self._reached(node, before), move)
         # motion in own units and, last, multiplier, per control displacement [m]
         own = np.full(2, np.nan) if step is None else step / move
         slope, speed = float(own[-1]), float(np.linalg.norm(own[:-1])) * self.structures[0].length
@@ -315,7 +315,7 @@ class Generations:
         if not (weaker.any() and (own < FIRMER * others).any()):
             return None
         mixed = at.returned._replace(tangent=np.where(weaker[:, None, None], earlier, now))
-        step = self.systems[new.generation].onward(at._replace(returned=mixed), move)
+        step = self.systems[new.generation].along_tangent(at._replace(returned=mixed), move)
         return np.nan if step is None else float(step[-1])
 
     def sense(self, node: Node, before: Node | None, prescribed: str) -> int:

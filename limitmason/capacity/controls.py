@@ -60,7 +60,8 @@ def with_moving_support(
 
     Parameters
     ----------
-    control, to : as of :func:`limitmason.pushover`
+    control : "live", or (block, axis), as :func:`as_one_assembly` returns it
+    to : as of :func:`limitmason.pushover`
 
     Returns
     -------
@@ -72,7 +73,7 @@ def with_moving_support(
     InputError
         Without a displacement ``to``, beside live loads, and where the only support would move.
     """
-    if isinstance(control, str) or len(control) != 2 or control[1] not in _AXES:
+    if isinstance(control, str):
         return assembly, loads, None
     axis = _AXES[control[1]]
     block = assembly.block_index(control[0])
@@ -102,7 +103,7 @@ def control_row(assembly: Assembly, control: Any, basis: Array, free: NDArray, l
 
     Parameters
     ----------
-    control : as of :func:`limitmason.pushover`
+    control : "live", or (block, axis), as :func:`as_one_assembly` returns it
     basis : rigid motion (shift, spin) per degree of freedom of a block, shape (6, d)
     free : which degrees of freedom are free, shape (n, d)
     live : live load on them [N, N m], shape (n, d)
@@ -117,8 +118,6 @@ def control_row(assembly: Assembly, control: Any, basis: Array, free: NDArray, l
         if control != "live":
             raise InputError(f"control must be 'live' or (block, 'x'), got {control!r}")
         return forces / total, total
-    if len(control) != 2 or control[1] not in _AXES:
-        raise InputError(f"control must be 'live' or (block, 'x' or 'y' or 'z'), got {control!r}")
     i = assembly.block_index(control[0])
     row = np.zeros_like(live)
     row[i] = basis[_AXES[control[1]]] * free[i]

@@ -17,6 +17,8 @@ from limitmason.answers.curve import Curve
 from limitmason.arrays import Array
 from limitmason.capacity.analysis import finds_contacts_anew, followed_in, whole_pushover
 from limitmason.capacity.contacts import points_of_path
+from limitmason.capacity.controls import as_one_assembly, control_row, with_moving_support
+from limitmason.capacity.refusals import refuse
 from limitmason.capacity.result import PushoverCurve
 from limitmason.checks import count, positive
 from limitmason.deformable.levels import RIGID
@@ -74,10 +76,11 @@ class Ensemble(ReadOnly):
 
     Parameters
     ----------
-    first_loss : multiplier at which every path first loses equilibrium [-], shape (paths,); NaN where it has none
-    sustained : multiplier after a tenth of the smallest block dimension [-], shape (paths,); NaN where it has none
+    first_loss : load at which every path first loses equilibrium, shape (paths,); NaN where it has none. A load is the
+        multiplier [-], or the force of a support that moves [N]
+    sustained : load after a tenth of the smallest block dimension, shape (paths,); NaN where it has none
     status : how every path ended
-    curves : load multiplier against displacement, a curve per path
+    curves : load against displacement of the control [m], a curve per path
     """
 
     first_loss: Array
@@ -89,7 +92,7 @@ class Ensemble(ReadOnly):
         """Median and 5 and 95 % quantiles of both loads."""
         rows = [["", "median", "5 %", "95 %", "spread", "paths"]]
         for name, s in (("first loss", self.spread_of_first_loss), ("sustained", self.spread_of_sustained)):
-            wide = f"{100.0 * (s.high - s.low) / s.median:.1f} %" if s.paths and s.median else "-"
+            wide = f"{100.0 * (s.high - s.low) / abs(s.median):.1f} %" if s.paths and s.median else "-"
             rows.append(
                 [name, f"{s.median:.4f}", f"{s.low:.4f}", f"{s.high:.4f}", wide, f"{s.paths} of {len(self.status)}"]
             )
@@ -97,12 +100,12 @@ class Ensemble(ReadOnly):
 
     @property
     def spread_of_first_loss(self) -> Spread:
-        """Of the multiplier at which equilibrium is first lost [-]."""
+        """Of the load at which equilibrium is first lost."""
         return _spread(self.first_loss)
 
     @property
     def spread_of_sustained(self) -> Spread:
-        """Of the multiplier after a tenth of the smallest block dimension [-]."""
+        """Of the load after a tenth of the smallest block dimension."""
         return _spread(self.sustained)
 
 
@@ -129,7 +132,7 @@ def imperfection_ensemble(
 
     Parameters
     ----------
-    assembly, loads : the problem; the live loads are followed
+    assembly, loads : the problem; the live loads are followed in their own sense, whatever the control
     gap : g over the median block size [-]
     samples : number of paths
     seed : of the gaps; the same seed gives the same paths, and the first of 40 are those of 20
@@ -145,26 +148,33 @@ def imperfection_ensemble(
     for name in ("to", "gaps", "start"):
         if name in settings:
             raise InputError(f"{name} is chosen by the ensemble: leave it out")
-    free = ~assembly.fixed
-    size = float(np.median(np.cbrt(assembly.arrays.volume[free])))
-    least = thickness(assembly)
-    # the contact points, as the paths will have them, for whose places gaps are drawn
+    refuse(assembly)
+    size = float(np.median(np.cbrt(assembly.arrays.volume[~assembly.fixed])))
+    reach = GOES_ON * thickness(assembly)
+    # the model as the paths will have it, and its contact points, for whose places gaps are drawn
+    model, its_loads, control = as_one_assembly(assembly, loads, settings.get("control", "live"))
+    model, its_loads, _ = with_moving_support(model, its_loads, control, reach)
     placed = {k: settings[k] for k in ("contact_model", "grid") if k in settings}
     blocks = settings.get("blocks", RIGID)
-    anew = finds_contacts_anew(assembly, blocks, settings.get("contacts"))
-    plane, _ = followed_in(assembly, loads, blocks, settings.get("stress"), anew=anew)
-    points, _ = points_of_path(assembly, plane, **placed)
+    anew = finds_contacts_anew(model, blocks, settings.get("contacts"))
+    plane, _ = followed_in(model, its_loads, blocks, settings.get("stress"), anew=anew)
+    points, _ = points_of_path(model, plane, **placed)
+    # the load is followed: where it pushes the controlled block against the axis, that goes the other way
+    free = ~model.held
+    _, ratio = control_row(model, control, np.eye(6), free, np.where(free, its_loads.live, 0.0))
+    to = float(np.copysign(reach, ratio))
     first, sustained, status, curves = [], [], [], []
     for k in range(samples):
         reached(k / samples, f"path {k + 1} of {samples}", share=1.0 / samples)
-        gaps = gap * size * _planes(assembly, points, np.random.default_rng([seed, k]))
-        curve = whole_pushover(assembly, loads, gaps=gaps, to=GOES_ON * least, **settings)
+        gaps = gap * size * _planes(model, points, np.random.default_rng([seed, k]))
+        curve = whole_pushover(assembly, loads, gaps=gaps, to=to, **settings)
         sound = all(c.accepted for c in curve.certificates)
-        goes_on = sound and curve.displacement[-1] >= (1.0 - 1e-6) * GOES_ON * least  # but for rounding
+        goes_on = sound and abs(curve.displacement[-1]) >= (1.0 - 1e-6) * reach  # but for rounding
         first.append(_lost(curve, SETTLES * gap * size) if sound else np.nan)
         sustained.append(float(curve.load[-1]) if goes_on else np.nan)  # paths end at the displacement asked for
         status.append(str(curve.status))
-        curves.append(Curve(curve.displacement, curve.load, load_unit="-", label=f"path {k + 1}", status=curve.status))
+        u, load, unit = curve.displacement, curve.load, curve.load_unit
+        curves.append(Curve(u, load, load_unit=unit, label=f"path {k + 1}", status=curve.status))
         if progress is not None:
             progress(f"path {k + 1} of {samples}: first loss {first[-1]:.5f}, sustained {sustained[-1]:.5f}")
     return Ensemble(np.array(first), np.array(sustained), tuple(status), tuple(curves))

@@ -121,7 +121,7 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
 def _change(other: float, value: float) -> float:
     """Change from a multiplier to another over its size [-], infinite from zero; NaN where there is no other."""
     if value == 0.0:
-        return other if other == 0.0 else math.copysign(math.inf, other) if not math.isnan(other) else math.nan
+        return other * math.inf if other else 0.0
     return other / value - 1.0
 
 

@@ -64,7 +64,7 @@ class SampleStability(StrEnum):
     UNSTABLE = "unstable"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class PushoverCurve(Curve):
     """Capacity curve by :func:`limitmason.pushover`.
 
@@ -85,7 +85,7 @@ class PushoverCurve(Curve):
     toward : sign of a load that pushes: with ``to`` below zero loads are negative, and the peak is the lowest
     """
 
-    generations: Generations | None = None
+    generations: Generations
     nodes: tuple[Node, ...] = ()
     certificates: tuple[StepCertificate, ...] = ()
     energy: Energy | None = None
@@ -140,7 +140,6 @@ class PushoverCurve(Curve):
         not risen while the displacement doubled, or by less than 0.02 % over 0.02 blocks; or where it is below at the
         end of the curve. Shallower and shorter dips hang on the steps. It is None while the load rises.
         """
-        assert self.generations is not None
         lacks = handed_over(self.toward, self.nodes) * self.unit
         found = first_limit_point(self.toward * self.load, self.displacement, lacks, self.structure.size)
         return None if found is None else self.point(found)
@@ -153,7 +152,6 @@ class PushoverCurve(Curve):
     @property
     def structure(self) -> Structure:
         """The model with the contact points of the reference pose."""
-        assert self.generations is not None
         return self.generations.structures[0]
 
     def displacement_of(self, block: int | str, at: ArrayLike | None = None) -> Array:
@@ -186,7 +184,6 @@ class PushoverCurve(Curve):
 
         It is laid out as :attr:`dem.History.tie_force`.
         """
-        assert self.generations is not None
         made = self.generations
         rows = [tensions(made.structures[n.generation], made.state(n))[0] for n in self.nodes]
         return np.array(rows).reshape(len(self.nodes), -1)
@@ -204,7 +201,6 @@ class PushoverCurve(Curve):
         sample : of the curve
         sliding : "sticks" or "drops": points at their shear strength keep or lose their shear stiffness
         """
-        assert self.generations is not None
         s, node = self.structure, self.nodes[self._sample(sample)]
         if node.generation:
             raise NotApplicable(f"sample {sample}: contacts were found anew on the way: its blocks lie on no joints")
@@ -263,7 +259,6 @@ class PushoverCurve(Curve):
         NotApplicable
             Where blocks press on each other that had no joint: no joint could carry these forces.
         """
-        assert self.generations is not None
         node = self.nodes[self._sample(step)]
         s = self.generations.structures[node.generation]
         p = s.points
@@ -295,7 +290,6 @@ class PushoverCurve(Curve):
         InputError
             For a sample that the curve does not have.
         """
-        assert self.generations is not None
         k = self._sample(step)
         before = self.nodes[k - 1] if k else None
         held, alone = (

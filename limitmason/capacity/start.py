@@ -61,7 +61,7 @@ def begin(
                     return new, [], system.at_rest()
                 first = broken._replace(jump=False)
         return new, [first._replace(looked=system.at_rest())], first.pose
-    if start.generations is None or not start.nodes:
+    if not start.nodes:
         raise InputError("start is a curve without states: there is nothing to go on from")
     before = start.generations.structures[0]
     model = now.assembly
@@ -97,11 +97,8 @@ def _difference(one: Structure, other: Structure) -> str:
     for name, mine, theirs in (("kn", p.kn, q.kn), ("ks", p.ks, q.ks)):
         if not np.allclose(mine, theirs, rtol=_SAME):
             return f"{name} of its joints is {mine[0]:.6g} Pa/m, here {theirs[0]:.6g} Pa/m"
-    d, e = one.deformation, other.deformation
-    if (d is None) != (e is None) or (
-        d is not None
-        and e is not None
-        and not (d.stiffness.shape == e.stiffness.shape and np.allclose(d.stiffness, e.stiffness, rtol=_SAME_SPRINGS))
-    ):
+    # of blocks that deform; rigid ones have none
+    springs, here = (np.zeros(0) if x.deformation is None else x.deformation.stiffness for x in (one, other))
+    if springs.shape != here.shape or not np.allclose(springs, here, rtol=_SAME_SPRINGS):
         return "its blocks deform in another way: repeat blocks and stress"
     return ""

@@ -95,7 +95,7 @@ def extrapolated(system: System, nodes: list[Node], move: float) -> tuple[Pose, 
         share = move / (last.control - before.control)
         pose = moved(last.pose, share * motion_between(before.pose, last.pose))
         return pose, last.multiplier + share * (last.multiplier - before.multiplier)
-    step = system.onward(system.evaluate(last.pose, last.history, last.multiplier), move)
+    step = system.along_tangent(system.evaluate(last.pose, last.history, last.multiplier), move)
     if step is None:
         return None
     return system.advanced(last.pose, step[:-1]), last.multiplier + float(step[-1])

@@ -269,7 +269,7 @@ class System:
         worth_leaving = 0.1 if self.bodies.deforming or self.bodies.large else 1.0
         return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=worth_leaving)
 
-    def onward(self, at: Evaluated, move: float) -> Array | None:
+    def along_tangent(self, at: Evaluated, move: float) -> Array | None:
         """Motion and multiplier, own units, by which the tangent goes on over a control displacement [m].
 
         Shape (order + 1,), the multiplier last. None where the tangent is singular.

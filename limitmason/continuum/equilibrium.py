@@ -1,6 +1,7 @@
 """Equilibrium of a cracking solid at a control displacement: Newton with line search, then secants."""
 
 from collections.abc import Callable
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -76,7 +77,7 @@ class Solver:
     ----------
     d : discretisation of the model
     curves : stress-strain curves of all integration points
-    dead, live : nodal forces [N], shape (3 n,); row and live_row are control and live in the order of elimination
+    dead, live : nodal forces [N], shape (3 n,)
     factorisations : made so far
     largest : largest size of the multiplier on the path so far [-], set by the caller
     """
@@ -94,10 +95,21 @@ class Solver:
         material = np.repeat(model.mesh.material, d.per_brick)
         self.curves: Curves = curves_of(model.materials, material, np.repeat(width, d.per_brick))
         self.dead, self.live = model.all_dead, model.live.ravel()
-        self.row = control[d.order]
-        self.live_row = self.live[d.order]
         self.factorisations = 0
         self.largest = 0.0
+
+    @cached_property
+    def row(self) -> Array:
+        """Weights of the control displacement in the order of elimination, shape (r,).
+
+        As the live loads in that order they are made when they are first asked for: the order takes long to find.
+        """
+        return self.control[self.d.order]
+
+    @cached_property
+    def live_row(self) -> Array:
+        """Live nodal forces in the order of elimination [N], shape (r,)."""
+        return self.live[self.d.order]
 
     def answer(self, displacement: Array, memory: Memory, *, secant: bool = False) -> PointResponse:
         """Stresses, tangents and new memory of all integration points at a displacement.
@@ -268,11 +280,13 @@ class Solver:
             both = self._linear(now, self.unbalanced(now, factor))
             if both is None:
                 return None
-            slope = float(self.row @ both[:, 1])
-            if not abs(slope) > _NO_SLOPE * float(np.abs(both[:, 1]).max()):
-                return None
-            # change of the multiplier that brings the control displacement to its target
-            more = 0.0 if target is None else (target - float(self.row @ (u + both[:, 0]))) / slope
+            more = 0.0
+            if target is not None:
+                slope = float(self.row @ both[:, 1])
+                if not abs(slope) > _NO_SLOPE * float(np.abs(both[:, 1]).max()):
+                    return None
+                # change of the multiplier that brings the control displacement to its target
+                more = (target - float(self.row @ (u + both[:, 0]))) / slope
             factor += more
             off = float(np.linalg.norm(self.unbalanced(now, factor))) / self.size(factor)
             if not np.isfinite(off):

@@ -16,7 +16,7 @@ from limitmason.continuum.rotating_crack import Curves, Memory, envelope
 _OFF = 0.03  # of the energy of one crack from which a curve warns, chosen
 ALONG = 0.9
 """Cosine between the normal of a crack and the way to the next brick from which that lies across it, chosen."""
-_OPEN = 1e-6  # of the elastic strain at the strength: a crack strain below it is rounding
+OPEN = 1e-6  # of the elastic strain at the strength: a crack strain below it is rounding
 _ITERATIONS = 60  # most of Newton's steps to the opening of one crack
 _EXACT = 1e-12  # of its solution: a step below it ends the iteration, that is rounding
 
@@ -81,7 +81,7 @@ def crack_energy(solver: Solver, curves: Curves, memory: Memory) -> CrackEnergy:
     shortest = -np.maximum(np.linalg.eigvalsh(memory.compression), 0.0)
     held, _, area = envelope(curves, shortest)
     lost = (memory.lost - (area - 0.5 * held * shortest).sum(axis=1)).reshape(bricks, -1)
-    least = _OPEN * curves.tension.reshape(bricks, -1) / curves.modulus.reshape(bricks, -1)
+    least = OPEN * curves.tension.reshape(bricks, -1) / curves.modulus.reshape(bricks, -1)
     cracked: Flags = np.asarray((opened > least).any(axis=1))
     if not cracked.any():
         return CrackEnergy(taken=0.0, of_one=0.0, place=np.zeros(3))

@@ -13,9 +13,9 @@ from limitmason.answers.curve import Curve, Energy, Event
 from limitmason.arrays import Array
 from limitmason.checks import instance
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
-from limitmason.continuum.excess_crack_energy import CrackEnergy, crack_energy
+from limitmason.continuum.excess_crack_energy import OPEN, CrackEnergy, crack_energy
 from limitmason.continuum.papers import PAPERS
-from limitmason.continuum.rotating_crack import Memory, strain_tensor
+from limitmason.continuum.rotating_crack import Memory, strain_tensor, virgin
 from limitmason.continuum.solid import Continuum, vibrating
 from limitmason.errors import InputError
 from limitmason.storage.files import read_archive, write_archive
@@ -181,6 +181,21 @@ _SCALARS = ("multiplier", "control", "residual", "iterations", "stored", "lost",
 """Fields of a state that an archive keeps as one row of numbers."""
 
 
+def _first_crack(solver: Solver, nodes: list[EquilibriumState]) -> int | None:
+    """Number of the first state with a crack, or None.
+
+    Crushing loses energy too, and is no crack. The crack strain of a state that has not kept it is that of its
+    displacement by itself, as before any crack.
+    """
+    c = solver.curves
+    for i, n in enumerate(nodes):
+        if n.lost > 0.0:
+            crack = solver.answer(n.displacement, virgin(len(c.modulus))).crack if n.crack is None else n.crack
+            if (crack > OPEN * c.tension / c.modulus).any():
+                return i
+    return None
+
+
 def curve_of(
     model: Continuum, nodes: list[EquilibriumState], control: tuple[ArrayLike, ArrayLike], tolerance: float,
     status: str, warnings: tuple[str, ...], band: float = 1.0,
@@ -215,9 +230,9 @@ def curve_of(
     error[0] = 0.0
     energy = Energy(work_of_live, work_of_dead, stored, lost, error)
     events = [Event("jump", i) for i, n in enumerate(nodes) if n.jump]
-    cracked = [i for i, n in enumerate(nodes) if n.lost > 0.0]
-    if cracked:
-        events.append(Event("first crack", cracked[0]))
+    first = _first_crack(Solver(model, model.functional(point, direction), tolerance, band), nodes)
+    if first is not None:
+        events.append(Event("first crack", first))
     missed = float(np.abs(error).max())
     if missed > _MISSED:
         warnings = (*warnings, f"the energy balance is off by up to {missed:.1%} of the work: jumps, or steps too long")

@@ -53,7 +53,8 @@ class Continuum(ReadOnly):
     Raises
     ------
     InputError
-        For a material without density, one that yields by Mohr and Coulomb, and other points than 2 or 3.
+        For a material without density, one that yields by Mohr and Coulomb, bricks of a material that is not given, and
+        other points than 2 or 3.
     """
 
     mesh: Mesh
@@ -76,6 +77,8 @@ class Continuum(ReadOnly):
                     f"material {m.name!r}: solids crack and crush over fracture energies; cohesion and "
                     "friction_angle_deg are for units"
                 )
+        if (most := int(self.mesh.material.max())) >= len(self.materials):
+            raise InputError(f"bricks name material {most}, counted from 0, {len(self.materials)} are given")
 
     @classmethod
     def from_boxes(
@@ -172,8 +175,6 @@ class Continuum(ReadOnly):
     def _bare(cls, mesh: Mesh, materials: tuple[Material, ...], held: Flags, points: int) -> Continuum:
         """A solid without loads; its nodes marked by ``held``, shape (n_nodes,), do not move."""
         none = np.zeros((len(mesh.nodes), 3))
-        if int(mesh.material.max()) >= len(materials):
-            raise InputError(f"boxes name material {int(mesh.material.max())}, {len(materials)} are given")
         return cls(mesh, materials, np.repeat(held[:, None], 3, axis=1), none, none.copy(), none[:, 0].copy(), points)
 
     @cached_property
@@ -357,14 +358,14 @@ def _negative(d: Discretisation, factor: Factor, mass: Array, shift: float) -> i
     return d.factor(factor.values - shift * mass).negative
 
 
-def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str, ...] = ()) -> VibratingSystem:
+def vibrating(model: Continuum, factor: Factor, label: str) -> VibratingSystem:
     """A solid as a system that vibrates.
 
     Parameters
     ----------
     model : the solid
     factor : of its stiffness, elastic or damaged
-    label, warnings : of the system
+    label : of the system, in words
     """
     d = model.discretisation
     extra = np.repeat(model.lumped, 3)
@@ -378,7 +379,7 @@ def vibrating(model: Continuum, factor: Factor, label: str, warnings: tuple[str,
     return VibratingSystem(
         stiffness=d.assembled(factor.values), mass=d.assembled(mass), excited=excited.reshape(-1, 3)[d.order],
         spread=partial(_at_nodes, d), carrier=NodeCarrier(model), total=np.full(3, model.mass), label=label,
-        solve=partial(factor.solve, corrections=0), warnings=warnings, below=partial(_negative, d, factor, mass),
+        solve=partial(factor.solve, corrections=0), below=partial(_negative, d, factor, mass),
     )
 
 

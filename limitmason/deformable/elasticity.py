@@ -61,12 +61,10 @@ class Elasticity(ReadOnly):
             raise InputError(f"young_modulus must be positive and finite [Pa], got {e!r}")
         if not -1.0 < nu < 0.5:
             raise InputError(f"poisson_ratio must lie between -1 and 0.5, both excluded, got {nu!r}")
-        shear = e / (2.0 * (1.0 + nu))
-        if state == SOLID:
-            return cls(e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), shear, np.eye(3), None, state)
-        n = plane_normal(normal)
         lame = e * nu / (1.0 - nu**2) if state == PLANE_STRESS else e * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
-        return cls(lame, shear, np.eye(3) - np.outer(n, n), n, state)
+        n = None if state == SOLID else plane_normal(normal)
+        projector = np.eye(3) if n is None else np.eye(3) - np.outer(n, n)
+        return cls(lame, e / (2.0 * (1.0 + nu)), projector, n, state)
 
     @property
     def plane(self) -> bool:

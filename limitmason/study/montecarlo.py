@@ -353,7 +353,8 @@ def sobol(
     Raises
     ------
     InputError
-        For spatial draws, a number that is no power of two, and samples without a finite multiplier.
+        For spatial draws, a number that is no power of two, samples without a finite multiplier, and multipliers that
+        are all equal.
 
     Notes
     -----
@@ -387,6 +388,8 @@ def sobol(
     # scipy fails at a single variable: it is given twice, and the second left out
     given = {"f_A": value[None, :samples], "f_B": value[None, samples : 2 * samples],
              "f_AB": np.repeat(f_ab, 2, axis=0) if d == 1 else f_ab}
+    if told := _without_effect(table):
+        raise InputError(f"there is no scatter to share: {told[0]}")
     found = stats.sobol_indices(func=given, n=samples)
     first, total = (np.ravel(x).astype(float)[:d] for x in (found.first_order, found.total_order))
     return SobolIndices(tuple(names), first, total, table)

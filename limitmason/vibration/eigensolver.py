@@ -75,7 +75,7 @@ def lowest(system: VibratingSystem, count: int) -> Lowest:
         above = value[count - 1] + max(_EQUAL * abs(value[count - 1]), REST * largest)
         return Lowest(value[:count], vector[:, :count], int((value < above).sum()), float(above))
     solve, shift = _inverse(system, largest)
-    block = np.random.default_rng(0).standard_normal((n, min(count + _GUARD, n)))  # the same from run to run
+    block = np.random.default_rng(0).standard_normal((n, count + _GUARD))  # the same from run to run
     for _ in range(_ROUNDS):
         value, vector = _found(solve, shift, system, block, count)
         last = float(value[count - 1])

@@ -238,7 +238,7 @@ def mac(
         sensors = tests[0].sensors
         if len(tests) == 2:
             _check_same_sensors(*tests)
-        frequencies = tests[0].frequency if len(tests) == 1 else (tests[0].frequency, tests[1].frequency)
+    measured = [m.frequency if isinstance(m, ModalTest) else None for m in (a, b)]  # [Hz]
     a, b = (m.shape if isinstance(m, ModalTest) else m for m in (a, b))
     for name, m in (("a", a), ("b", b)):
         if np.ndim(m) < 1 and not isinstance(m, Modes):  # type: ignore[arg-type]
@@ -254,6 +254,7 @@ def mac(
         for m in (a, b):
             check_sensors(m, len(along))
     frequency = _frequencies(a, b, frequencies)
+    frequency = [f if own is None else own for f, own in zip(frequency, measured, strict=True)]
     same = isinstance(a, Modes) and isinstance(b, Modes) and _one_model(a, b)
     if same and weighted and points is None and sensors is None and masses is None:
         assert isinstance(a, Modes)

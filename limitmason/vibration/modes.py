@@ -65,8 +65,12 @@ class Modes(Displayed, Tabular, ReadOnly):
 
     @property
     def share(self) -> Array:
-        """Participating mass over the mass that can move [-], shape (k, 3)."""
-        return np.asarray(self.participating / self.system.total)
+        """Participating mass over the mass that can move [-], shape (k, 3).
+
+        It is 0 along an axis on which none can.
+        """
+        total = self.system.total
+        return np.asarray(self.participating / np.where(total > 0.0, total, np.inf))
 
     @property
     def quantities(self) -> dict[str, float]:

@@ -8,7 +8,7 @@ import pytest
 import limitmason as lm
 from limitmason import experiments
 from limitmason.continuum import Box, Continuum, solve_elastic
-from limitmason.continuum.mesh import box_of
+from limitmason.continuum.mesh import box_of, mesh_boxes
 from limitmason.errors import InputError, NotApplicable
 from validation.murano_macro import control_point, macro_model, material, published
 
@@ -118,6 +118,8 @@ def test_what_cannot_be_meshed_or_held_is_refused_by_name():
     ):
         with pytest.raises(InputError, match=message):
             Continuum.from_boxes([BAR], made_of, size=0.3)
+    with pytest.raises(InputError, match="bricks name material 1, counted from 0, 1 are given"):
+        replace(bar, mesh=mesh_boxes([BAR._replace(material=1)], 0.3))
 
 
 @pytest.mark.parametrize("shift", [0.0, 1e3])

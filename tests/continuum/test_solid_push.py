@@ -209,6 +209,23 @@ def test_column_cracks_at_the_load_of_beam_theory_and_its_energy_is_balanced(coa
     assert coarse.load[-1] / coarse.displacement[-1] < 0.5 * stiffness
 
 
+def test_a_solid_that_only_crushes_has_no_first_crack_and_one_that_does_both_has_it_later():
+    # a bar is pressed beyond fc / 3, where it begins to lose energy, then pulled at a third of its height aside
+    crushing = lm.Material(2e9, 0.2, 0.0, compressive_strength=3e6, compressive_energy=5e3)
+    box = Box(np.zeros(3), np.array([0.1, 0.1, 0.2]))
+    top = [(0, 0, 0.2), (0.1, 0, 0.2), (0.1, 0.1, 0.2), (0, 0.1, 0.2)]
+    solid = Continuum.from_boxes([box], crushing, size=0.1, nodes=8).with_patch_pressure(top, pressure=1e6)
+    pressed = push(solid, control=((0.05, 0.05, 0.2), (0, 0, -1)), to=2e-4)
+    assert pressed.energy.lost[-1] > 0.0
+    assert not pressed.events
+    both = replace(crushing, tensile_strength=1e5, tensile_energy=20.0)
+    tall = Continuum.from_boxes([box], both, size=0.1, nodes=8).with_patch_pressure(top, pressure=2e6, case="dead")
+    side = tall.with_patch_pressure([(0, 0, 0.1), (0, 0, 0.2), (0, 0.1, 0.2), (0, 0.1, 0.1)], force=1e3)
+    bent = push(side, control=((0.1, 0.05, 0.2), (1, 0, 0)), to=4e-4)
+    assert bent.nodes[0].lost > 0.0
+    assert bent.event("first crack").index > 0
+
+
 def test_a_curve_is_gone_on_from_saved_and_drawn(coarse, tmp_path):
     solid = column(0.1)
     lines = []

@@ -183,3 +183,26 @@ def test_forces_on_shapes_that_are_held_are_no_loads():
     assert path.dead[2, 6] != 0.0
     for wrench in (path.dead, path.live, *path.at(Pose(np.zeros((3, 3)), np.zeros((3, 3, 3)), np.zeros((3, 1))))):
         assert not wrench[~free].any()
+
+
+def test_forces_that_cancel_on_a_block_press_it_and_its_joints():
+    """The sum of both by themselves; no block is moved, and rigid ones do not feel them."""
+    wall, force = bar(poisson=0.3), np.array((1e3, 0.0, 0.0))
+    low = 0.1 * HEIGHT
+    sides = [((0.0, 0.5 * DEPTH, low), force), ((WIDTH, 0.5 * DEPTH, low), -force)]
+    options = {"blocks": RITZ, "stress": "solid", "contact_model": "lobatto"}
+    own = lm.Loads(lm.Loads.weight(wall).dead, np.zeros((2, 6)))
+    apart = [lm.elastic_range(wall, own.with_point_load(wall, 1, f, at=x), **options) for x, f in sides]
+    pressed = own
+    for x, f in sides:
+        pressed = pressed.with_point_load(wall, 1, f, at=x)
+    found = lm.elastic_range(wall, pressed, **options)
+    size = np.abs(found.live).max()
+    assert size > 1.0
+    assert found.live == pytest.approx(apart[0].live + apart[1].live, abs=1e-6 * size)
+    # the joint of a simply deformable block stays plane as it is pressed: no load opens it
+    plane = lm.elastic_range(wall, pressed, **{**options, "blocks": SIMPLY_DEFORMABLE})
+    assert plane.low is None
+    assert plane.high is None
+    with pytest.raises(lm.errors.InputError, match="no live load acts on a free block"):
+        lm.elastic_range(wall, pressed)

@@ -93,11 +93,14 @@ def test_a_comparison_says_what_its_three_loads_are(compared):
 
 def test_what_cannot_begin_is_refused():
     wall, loads = l_wall()
+    own = lm.limit_analysis(wall, loads)
+    with pytest.raises(InputError, match=r"to \[m\] must be a finite number"):
+        lm.pushover(wall, loads, initial=own, to="1e-3")
     other = lm.limit_analysis(wall, loads, contact_model="grid", grid=(3, 3))
     with pytest.raises(InputError, match="same contact_model and grid"):
         lm.pushover(wall, loads, initial=other, to=1e-3)
     with pytest.raises(InputError, match="without gaps, start"):
-        lm.pushover(wall, loads, initial=lm.limit_analysis(wall, loads), gaps=np.zeros(136), to=1e-3)
+        lm.pushover(wall, loads, initial=own, gaps=np.zeros(136), to=1e-3)
     with pytest.raises(InputError, match="goes_on"):
         lm.predict(wall, loads, "sustained", goes_on=0.0)
     joint = lm.Joint(10.0)
@@ -162,6 +165,28 @@ def test_the_spread_of_a_wall_whose_joints_break_is_that_of_what_it_stands_for()
     assert found.details["curve"].first_limit_point.load < 0.9 * found.collapse_multiplier
     assert abs(found.error_budget["ks/kn"]["change"]) < 1e-3
     assert found.interval[0] > 0.999 * found.collapse_multiplier
+
+
+def test_paths_from_gaps_follow_the_load_whatever_the_control_and_tell_the_force_of_a_support():
+    stack = lm.build.column(width=0.4, depth=0.2, unit_height=0.1, courses=2, joint=lm.Joint(30.0))
+    west = lm.Loads.horizontal(stack, (-1, 0, 0))
+    # a control whose axis looks against the load was pushed against it: -0.577, and lost at the first step
+    found = imperfection_ensemble(stack, west, samples=1, control=(2, "x"))
+    assert found.first_loss == pytest.approx([math.tan(math.radians(30.0))], rel=1e-3)
+    assert found.sustained == pytest.approx([math.tan(math.radians(30.0))], rel=1e-3)
+    assert found.curves[0].displacement[-1] < 0.0
+    held = lm.Assembly.from_polygons(
+        [[(0, 0), (0.4, 0), (0.4, 0.1), (0, 0.1)], [(1, 0), (1.4, 0), (1.4, 0.1), (1, 0.1)],
+         [(0, 0.1), (1.4, 0.1), (1.4, 0.3), (0, 0.3)]], thickness=0.2, joint=lm.Joint(30.0), fixed=[0, 1],
+    )
+    slid = imperfection_ensemble(held, lm.Loads.weight(held), samples=1, control=(1, "x"))
+    half = 0.5 * held.weights[2] * math.tan(math.radians(30.0))  # on one of two supports
+    assert slid.curves[0].load_unit == "N"
+    assert slid.sustained == pytest.approx([half], rel=0.02)
+    square = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    rigid = lm.Assembly.from_polygons([square], thickness=0.2, joint=lm.Joint(30.0), fixed=[0])
+    with pytest.raises(InputError, match="every block is held"):
+        imperfection_ensemble(rigid, lm.Loads.horizontal(rigid))
 
 
 def test_gaps_of_a_block_with_sloping_sides_lean_it_as_far_as_they_open():

@@ -37,6 +37,16 @@ def test_a_block_on_one_joint_has_all_six_of_its_modes_and_all_of_its_mass():
     assert found.share.sum(axis=0) == pytest.approx(np.ones(3), rel=1e-9)
 
 
+def test_no_mass_takes_part_along_an_axis_on_which_every_block_is_held():
+    column = stack(2)
+    sliding = [lm.Support(b.name, dofs=("y", "rx", "rz")) for b in column.blocks[-2:]]
+    held = replace(column, supports=(*column.supports, *sliding))
+    found = lm.modes(held, 6)
+    assert (found.share[:, 1] == 0.0).all()
+    assert found.share[:, [0, 2]].sum(axis=0) == pytest.approx(np.ones(2), rel=1e-9)
+    assert "nan" not in str(found)
+
+
 def test_column_of_the_continuum_bends_and_stretches_at_the_frequencies_of_beams():
     # nu = 0: axial sqrt(E / rho) / (4 L) with 8 / pi^2 of the mass; bending by Timoshenko's cantilever
     e, rho, b, length = 1e9, 2000.0, 0.2, 3.0

@@ -102,6 +102,14 @@ def test_two_tests_are_compared_at_the_same_sensors_alone(read):
     assert np.diag(lm.mac(ModalTest(PLAN, HZ, read), ModalTest(PLAN, HZ, -read)).values) == pytest.approx(1.0)
 
 
+def test_a_test_is_compared_with_shapes_of_its_sensors_that_have_no_frequencies(read):
+    one = lm.mac(ModalTest(PLAN, HZ, read), -2.0 * read)
+    assert np.diag(one.values) == pytest.approx(1.0)
+    assert one.frequency_a.tolist() == list(HZ)
+    assert np.isnan(one.frequency_b).all()
+    assert lm.mac(read, ModalTest(PLAN, HZ, read)).frequency_b.tolist() == list(HZ)
+
+
 def test_masses_and_points_must_fit_what_they_weigh(found, read):
     motion = found.at([point for point, _ in PLAN])
     wrong = {

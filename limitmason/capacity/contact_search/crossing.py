@@ -14,7 +14,7 @@ import numpy as np
 from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.contact_search.faces import Shapes, turned
 from limitmason.capacity.contact_search.model_faces import shapes_of, with_faces
-from limitmason.capacity.contact_search.near import Near, beside, facing, near_blocks, products, together
+from limitmason.capacity.contact_search.near import Near, all_pairs, facing, gap_and_inside, near_blocks, near_corners
 from limitmason.capacity.contacts import PathContacts, turned_over
 from limitmason.capacity.kinematics import Pose, at_rest
 from limitmason.mechanics.plane import Plane
@@ -47,14 +47,6 @@ class Crossings(NamedTuple):
     inside: Array
     along: tuple[Array, Array]
 
-    def at(self, rows: Index | Flags) -> "Crossings":
-        """Some of them."""
-        (p, q), (x, y), (u, v) = self.side, self.place, self.along
-        return Crossings(
-            side=(p[rows], q[rows]), place=(x[rows], y[rows]), gap=self.gap[rows], inside=self.inside[rows],
-            along=(u[rows], v[rows]),
-        )
-
 
 def following(shapes: Shapes) -> Index:
     """Number of the corner that follows every corner round its face, shape (q,), where its side ends."""
@@ -65,7 +57,7 @@ def following(shapes: Shapes) -> Index:
     return out
 
 
-class _Met(NamedTuple):
+class _CrossedLines(NamedTuple):
     """Where the lines of k pairs of sides meet in a pose, as seen along the normal of the first side's face.
 
     Parameters
@@ -82,7 +74,7 @@ class _Met(NamedTuple):
     along: tuple[Array, Array]
 
 
-def _met(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _Met:
+def _crossed_lines(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _CrossedLines:
     """Where the lines of two sides meet as seen along the normal of the first side's face.
 
     Parameters
@@ -109,7 +101,7 @@ def _met(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _Met:
     gap = np.einsum("ij,ij->i", n, apart + t[:, None] * v - s[:, None] * u)
     inside = np.minimum(np.minimum(s, 1.0 - s) * long_u, np.minimum(t, 1.0 - t) * long_v)
     unit = u / long_u[:, None], v / long_v[:, None]
-    return _Met((s, t), gap, np.where(clear, inside, -np.inf), unit)
+    return _CrossedLines((s, t), gap, np.where(clear, inside, -np.inf), unit)
 
 
 def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> Crossings:
@@ -132,13 +124,13 @@ def crossings(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> 
     # all corners of face g, beside face f
     corner = np.arange(count.sum()) - np.repeat(first - start[g], count)
     on = np.repeat(f, count)
-    gap, _ = beside(shapes, pose, shapes.corner_place[corner], shapes.owner[corner], on)
+    gap, _ = gap_and_inside(shapes, pose, shapes.corner_place[corner], shapes.owner[corner], on)
     if len(gap):
         near = np.minimum.reduceat(gap, first) < shapes.near
         near &= np.maximum.reduceat(gap, first) > -shapes.near - depth
         f, g = f[near], g[near]
-    p, q = products(start, f, start, g)
-    met = _met(shapes, pose, p, q)
+    p, q = all_pairs(start, f, start, g)
+    met = _crossed_lines(shapes, pose, p, q)
     # gaps from -near - depth to near, written about the middle between both
     use = (met.inside > inside) & (np.abs(met.gap + 0.5 * depth) < shapes.near + 0.5 * depth)
     p, q = p[use], q[use]
@@ -155,7 +147,7 @@ def _places(shapes: Shapes, p: Index, q: Index, shares: tuple[Array, Array]) -> 
     return x[p] + s[:, None] * (x[after[p]] - x[p]), x[q] + t[:, None] * (x[after[q]] - x[q])
 
 
-def off(shapes: Shapes, c: PathContacts, rows: Index, pose: Pose) -> Array:
+def off_crossing(shapes: Shapes, c: PathContacts, rows: Index, pose: Pose) -> Array:
     """How far points lie from where their sides cross [m], or sides from crossing at all.
 
     Parameters
@@ -170,7 +162,7 @@ def off(shapes: Shapes, c: PathContacts, rows: Index, pose: Pose) -> Array:
     ndarray, shape of ``rows``; the size of the structure where the sides are parallel
     """
     p, q = _sides(shapes, c.corner[rows])
-    met, x = _met(shapes, pose, p, q), shapes.assembly.centroids
+    met, x = _crossed_lines(shapes, pose, p, q), shapes.assembly.centroids
     # the point stays with the side of block b
     first = shapes.owner[p] == c.block_b[rows]
     place = np.where(first[:, None], *_places(shapes, p, q, met.shares))
@@ -217,10 +209,10 @@ def gap_at(shapes: Shapes, near: Near, pose: Pose) -> Array:
     near : what is near, as found in some pose
     pose : the pose in which its gaps are asked for
     """
-    gap, _ = beside(shapes, pose, near.place, near.owner, near.face)
+    gap, _ = gap_and_inside(shapes, pose, near.place, near.owner, near.face)
     crosses = is_crossing(shapes, near)
     if crosses.any():
-        gap[crosses] = _met(shapes, pose, *_sides(shapes, near.corner[crosses])).gap
+        gap[crosses] = _crossed_lines(shapes, pose, *_sides(shapes, near.corner[crosses])).gap
     # joints that do not quite fit begin open by more than their geometry says
     return gap + shapes.apart(near.face, near.owner)
 
@@ -234,14 +226,14 @@ def candidate_contacts(shapes: Shapes, pose: Pose, since: Pose, depth: float, *,
     depth : by which corners may lie behind a face beyond the near gap, as the springs of soft joints let them [m]
     inside : least distance from the sides of the face, and from the ends of sides that cross [m]
     """
-    near = together(shapes, pose, inside, depth)
+    near = near_corners(shapes, pose, inside, depth)
     if space:
         near = near.with_rows(as_near(shapes, crossings(shapes, pose, inside, depth), since, pose))
     near = near._replace(gap=near.gap + shapes.apart(near.face, near.owner))
     return near.at(near.gap < shapes.near)
 
 
-def known(shapes: Shapes, c: PathContacts, near: Near) -> Flags:
+def already_points(shapes: Shapes, c: PathContacts, near: Near) -> Flags:
     """Which of k corners at faces are a point already, or lay together in the reference pose without being one, (k,).
 
     Parameters
@@ -253,7 +245,7 @@ def known(shapes: Shapes, c: PathContacts, near: Near) -> Flags:
     return np.isin(shapes.code(near.corner, near.face), np.concatenate([present, shapes.strangers]))
 
 
-def looking(shapes: Shapes, pose: Pose, near: Near) -> Array:
+def facing_cosine(shapes: Shapes, pose: Pose, near: Near) -> Array:
     """Cosine between the normals of both faces of contacts, -1 where they lie on each other, shape (k,).
 
     It is rounded to six decimals, so that contacts that are alike stay so.
@@ -357,7 +349,7 @@ def with_crossings(shapes: Shapes, c: PathContacts) -> tuple[Shapes, PathContact
     corner, face, swapped = c.corner.copy(), c.face.copy(), np.zeros(c.count, bool)
     named = np.zeros(len(near.corner), bool)  # crossings that are a point
     # of crossings at one place that on the faces that look at each other most comes first and names the point
-    for row in np.argsort(looking(shapes, rest, near), kind="stable"):
+    for row in np.argsort(facing_cosine(shapes, rest, near), kind="stable"):
         a, b = int(shapes.face_block[near.face[row]]), int(near.owner[row])
         same = ((c.block_a == a) & (c.block_b == b)) | ((c.block_a == b) & (c.block_b == a))
         at = np.flatnonzero(same & (np.abs(c.place_b - near.place[row]).max(axis=1) < _ONE_PLACE * shapes.near))

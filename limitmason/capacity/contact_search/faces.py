@@ -33,7 +33,7 @@ class Shapes(NamedTuple):
     reach : side . x on them in the reference pose [m], (f, k)
     corner_face : face that a corner belongs to, shape (q,)
     corner_place : where the corner is [m], shape (q, 3)
-    face_start, corner_start : where the faces and the corners of every block begin; those of a block follow each other
+    face_start : where the faces of every block begin, and the end; those of a block follow each other, shape (n + 1,)
     step : how far beyond a side counts [m]
     near : gap within which a corner becomes a point [m]
     spread : largest distance of a corner from its block's centroid [m], shape (n,)
@@ -54,7 +54,6 @@ class Shapes(NamedTuple):
     corner_face: Index
     corner_place: Array
     face_start: Index
-    corner_start: Index
     step: float
     near: float
     spread: Array

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from limitmason.arrays import Array, Index
 from limitmason.capacity.contact_search.faces import ALONG, Shapes
-from limitmason.capacity.contact_search.near import NEAR, OVERSHOOT, Near, beside, together
+from limitmason.capacity.contact_search.near import NEAR, OVERSHOOT, Near, gap_and_inside, near_corners
 from limitmason.capacity.contacts import PathContacts, turned_over
 from limitmason.capacity.kinematics import at_rest
 from limitmason.mechanics.plane import Plane
@@ -67,17 +67,16 @@ def shapes_of(
     face_block = np.array(block, np.intp)
     corner_face = np.concatenate(owner).astype(np.intp)
     corner_place = np.concatenate(corner)
-    blocks = np.arange(assembly.n_blocks + 1)
     away = np.linalg.norm(corner_place - assembly.centroids[face_block[corner_face]], axis=1)
     spread = np.zeros(assembly.n_blocks)
     np.maximum.at(spread, face_block[corner_face], away)
     shapes = Shapes(
         assembly=assembly, face_block=face_block, face_place=np.array(place), normal=np.array(normal),
         side=np.array(side), reach=np.array(reach), corner_face=corner_face, corner_place=corner_place,
-        face_start=np.searchsorted(face_block, blocks), corner_start=np.searchsorted(face_block[corner_face], blocks),
+        face_start=np.searchsorted(face_block, np.arange(assembly.n_blocks + 1)),
         step=OVERSHOOT * size, near=NEAR * size, spread=spread, strangers=np.empty(0, np.int64), firm=firm, inset=inset,
     )
-    near = together(shapes, at_rest(assembly.n_blocks), inside=-shapes.near)
+    near = near_corners(shapes, at_rest(assembly.n_blocks), inside=-shapes.near)
     named = _named(shapes, contacts, near)
     known, code = shapes.code(named.corner, named.face), shapes.code(near.corner, near.face)
     # what lies together without being a point belongs to a joint of the model, or to none by its user's will
@@ -208,7 +207,7 @@ def with_faces(shapes: Shapes, c: PathContacts) -> PathContacts:
         # all faces of block a, and the point once for each
         mine = np.arange(shapes.face_start[c.block_a[i]], shapes.face_start[c.block_a[i] + 1])
         one = np.full(len(mine), i)
-        gap, inside = beside(shapes, rest, c.place_b[one], c.block_b[one], mine)
+        gap, inside = gap_and_inside(shapes, rest, c.place_b[one], c.block_b[one], mine)
         along = shapes.normal[mine] @ c.directions[i, 0] > ALONG
         lies = (np.abs(gap) < shapes.near) & (inside > -shapes.step) & along
         if lies.any():

@@ -42,17 +42,14 @@ class Near(NamedTuple):
 
     def at(self, rows: Index | Flags) -> "Near":
         """Some of them, by number or by flag."""
-        return Near(
-            corner=self.corner[rows], face=self.face[rows], gap=self.gap[rows], inside=self.inside[rows],
-            owner=self.owner[rows], place=self.place[rows],
-        )
+        return Near._make(column[rows] for column in self)
 
     def with_rows(self, other: "Near") -> "Near":
         """These and others behind them."""
         return Near(*(np.concatenate(pair) for pair in zip(self, other, strict=True)))
 
 
-def together(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> Near:
+def near_corners(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> Near:
     """Corners within the near gap of faces of other blocks in a pose and inside their sides.
 
     Parameters
@@ -69,7 +66,7 @@ def together(shapes: Shapes, pose: Pose, inside: float, depth: float = 0.0) -> N
     # every corner of face own[i], in a row, beside face[i]
     corner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count - start[own], count)
     face = np.repeat(face, count)
-    gap, sides = beside(shapes, pose, shapes.corner_place[corner], shapes.owner[corner], face)
+    gap, sides = gap_and_inside(shapes, pose, shapes.corner_place[corner], shapes.owner[corner], face)
     use = (gap < shapes.near) & (gap > -shapes.near - depth) & (sides > inside)
     corner = corner[use]
     return Near(
@@ -90,7 +87,7 @@ def facing(shapes: Shapes, pose: Pose, one: Index, two: Index) -> tuple[Index, I
     tuple
         Numbers of the faces of blocks ``one`` and of the faces of blocks ``two``, pair by pair, shape (k,) each.
     """
-    f, g = products(shapes.face_start, one, shapes.face_start, two)
+    f, g = all_pairs(shapes.face_start, one, shapes.face_start, two)
     normal = turned(pose, shapes.face_block, shapes.normal)
     looks = np.einsum("ij,ij->i", normal[f], normal[g]) < FACING
     return f[looks], g[looks]
@@ -114,7 +111,7 @@ def near_blocks(shapes: Shapes, pose: Pose, depth: float = 0.0) -> tuple[Index, 
     return one[near], two[near]
 
 
-def products(first: Index, of: Index, second: Index, on: Index) -> tuple[Index, Index]:
+def all_pairs(first: Index, of: Index, second: Index, on: Index) -> tuple[Index, Index]:
     """All pairs of a thing of one block and a thing of another, for many pairs of blocks at once.
 
     Things are corners or faces, say; they stand in a row, block after block.
@@ -137,7 +134,7 @@ def products(first: Index, of: Index, second: Index, on: Index) -> tuple[Index, 
     return first[of][pair] + k // np.maximum(nf[pair], 1), second[on][pair] + k % np.maximum(nf[pair], 1)
 
 
-def beside(shapes: Shapes, pose: Pose, place: Array, owner: Index, face: Index) -> tuple[Array, Array]:
+def gap_and_inside(shapes: Shapes, pose: Pose, place: Array, owner: Index, face: Index) -> tuple[Array, Array]:
     """Gap of points above faces in a pose, and the least distance inside their sides [m], shape (m,) each.
 
     Parameters

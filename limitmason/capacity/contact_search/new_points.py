@@ -70,7 +70,7 @@ class NewPoint(NamedTuple):
     heir_of: int
 
 
-class Before(NamedTuple):
+class OldPoints(NamedTuple):
     """Points before contacts are found anew in a pose.
 
     Parameters
@@ -128,7 +128,7 @@ def number_pairs(shapes: Shapes, near: Near) -> Index:
     return shapes.pair(shapes.face_block[near.face], near.owner)
 
 
-def shares_of(old: Before, near: Near) -> Array:
+def shares_of(old: OldPoints, near: Near) -> Array:
     """What every row takes over of every point that has gone, by the inverse distance [-], shape (rows, m).
 
     A crossing that is made again takes all of itself.
@@ -145,7 +145,7 @@ def shares_of(old: Before, near: Near) -> Array:
     return np.asarray(weight / np.maximum(weight.sum(axis=0), 1e-300))
 
 
-def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: Array | None) -> NewPoint | None:
+def inherited(old: OldPoints, near: Near, row: int, others: list[NewPoint], share: Array | None) -> NewPoint | None:
     """A new point, or None where a point of the same two blocks is there already.
 
     It has the face's normal. Law, stiffness and tangents are those of the nearest point that it inherits from, or else
@@ -240,7 +240,7 @@ def inherited(old: Before, near: Near, row: int, others: list[NewPoint], share: 
     return NewPoint(point, force, slip, lift, damage, heir_of=model if sources.any() else -1)
 
 
-def _taken_over(old: Before, rows: Index, share: Array, a: int, b: int) -> tuple[Array, float]:
+def _taken_over(old: OldPoints, rows: Index, share: Array, a: int, b: int) -> tuple[Array, float]:
     """Force on block b of what a point between a and b takes over [N], (3,), in space, and its pressure [N].
 
     Parameters
@@ -259,7 +259,7 @@ def _taken_over(old: Before, rows: Index, share: Array, a: int, b: int) -> tuple
     return onto, pressed
 
 
-def _frame(old: Before, row: int, rotation: Array, normal: Array) -> Array:
+def _frame(old: OldPoints, row: int, rotation: Array, normal: Array) -> Array:
     """Normal and tangents of a new point, near the tangents of the one it replaces.
 
     They are in the reference axes of the block that carries the frame, shape (c, 3). Slip is kept along them, so that

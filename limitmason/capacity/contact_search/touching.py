@@ -16,20 +16,20 @@ import numpy as np
 
 from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.contact_search.crossing import (
+    already_points,
     candidate_contacts,
     edges_of,
+    facing_cosine,
     gap_at,
     is_crossing,
-    known,
-    looking,
-    off,
+    off_crossing,
 )
 from limitmason.capacity.contact_search.faces import Shapes
-from limitmason.capacity.contact_search.near import Near, beside
+from limitmason.capacity.contact_search.near import Near, gap_and_inside
 from limitmason.capacity.contact_search.new_points import (
     ONE,
-    Before,
     NewPoint,
+    OldPoints,
     Renewed,
     inherited,
     number_pairs,
@@ -72,13 +72,13 @@ def found_anew(
     near = candidate_contacts(shapes, pose, since, pressed, inside=ONE * shapes.step, space=space)
     # the successor of a point that has left is as far inside but for the turn of the blocks over a deep gap
     succeeds = np.isin(number_pairs(shapes, near), shapes.pair(c.block_a, c.block_b)[gone])
-    fresh = ~known(shapes, c, near) & (succeeds | (near.inside > shapes.step))
+    fresh = ~already_points(shapes, c, near) & (succeeds | (near.inside > shapes.step))
     if space:
         # whichever block carries it, on whichever faces, a crossing is one point, made again where it has moved
         crosses, mine, theirs = is_crossing(shapes, near), edges_of(shapes, c), edges_of(shapes, near)
         fresh &= ~(crosses & np.isin(theirs, mine[~gone]))
         fresh |= crosses & np.isin(near.corner, c.corner[gone & is_crossing(shapes, c)])
-    old = Before(shapes, c, pose, history, force, shapes.placed(pose, c.block_b, c.place_b), gone)
+    old = OldPoints(shapes, c, pose, history, force, shapes.placed(pose, c.block_b, c.place_b), gone)
     near = near.at(fresh)
     # a new corner waits while the point whose place it takes has not left: where that is outside its face already, to
     # become its heir; and where that bears a bond, which a second point beside it would bear again
@@ -103,7 +103,7 @@ def found_anew(
     made: list[NewPoint] = []
     # in plane what has left has one heir: rows in its place, of the same two blocks, come before others
     later = ~old.close(near)[gone].any(axis=0)
-    for row in np.lexsort((near.face, near.gap, looking(shapes, pose, near), later)):
+    for row in np.lexsort((near.face, near.gap, facing_cosine(shapes, pose, near), later)):
         new = inherited(old, near, int(row), made, None if shares is None else shares[row])
         made += [] if new is None else [new]
     if not (gone.any() or made):
@@ -196,12 +196,12 @@ def landed(shapes: Shapes, c: PathContacts, before: Pose, now: Pose, travel: flo
     near = candidate_contacts(shapes, now, before, 2.0 * travel, inside=shapes.step, space=c.components == 3)
     gap = gap_at(shapes, near, before)
     again = is_crossing(shapes, near) & np.isin(edges_of(shapes, near), edges_of(shapes, c))
-    present = known(shapes, c, near) | again
+    present = already_points(shapes, c, near) | again
     late = ~present & (gap > 0.0) & (near.gap < -shapes.step)
     return gap[late], near.gap[late]
 
 
-def _single(old: Before, near: Near) -> Index:
+def _single(old: OldPoints, near: Near) -> Index:
     """Rows of corners and crossings at which no point of the same two blocks stays and no other row lies.
 
     Where faces meet at an edge the same place is a contact on either. It is one point: a corner goes before a crossing,
@@ -220,7 +220,7 @@ def _single(old: Before, near: Near) -> Index:
     rows: list[int] = []
     pair, now, close = number_pairs(old.shapes, near), old.places(near), ONE * old.shapes.step
     kind = np.where(near.corner == NO_CORNER, 2, is_crossing(old.shapes, near))  # 0 a corner, 1 a crossing, 2 neither
-    for k in np.lexsort((near.corner, looking(old.shapes, old.pose, near), kind)):
+    for k in np.lexsort((near.corner, facing_cosine(old.shapes, old.pose, near), kind)):
         here = (old.pair == pair[k]) & ~old.gone & (np.linalg.norm(old.now - now[k], axis=1) < close)
         if not here.any() and all(pair[r] != pair[k] or np.linalg.norm(now[r] - now[k]) > close for r in rows):
             rows.append(int(k))
@@ -256,8 +256,8 @@ def _gaps(shapes: Shapes, c: PathContacts, pose: Pose) -> tuple[Array, Array]:
     """
     keyed = c.face >= 0
     gap, inside = np.zeros(c.count), np.full(c.count, np.inf)
-    gap[keyed], inside[keyed] = beside(shapes, pose, c.place_b[keyed], c.block_b[keyed], c.face[keyed])
+    gap[keyed], inside[keyed] = gap_and_inside(shapes, pose, c.place_b[keyed], c.block_b[keyed], c.face[keyed])
     rows = np.flatnonzero(is_crossing(shapes, c)) if c.components == 3 else np.zeros(0, np.intp)
     if len(rows):
-        inside[rows] = -off(shapes, c, rows, pose)
+        inside[rows] = -off_crossing(shapes, c, rows, pose)
     return gap, inside
