@@ -27,9 +27,6 @@ _SMALL_TURN = 1e-4
 _STILL = 1e-12
 """Rate over that of the fastest vertex up to which a joint does not move, where no larger one is asked for [-]."""
 
-_FLAT = 1e-12
-"""Least height and length of a structure [m], so that its size is never zero."""
-
 
 class RigidMotion(NamedTuple):
     """Finite motion of n blocks: x -> centroid + translation + rotation (x - centroid)."""
