@@ -1,11 +1,12 @@
-"""Compiled sums over the contact points of large paths; loaded from ``LARGE`` points on, where they outweigh its price.
+"""Compiled sums over the contact points of a path: places, wrenches, elements, and what a motion makes of them.
 
-Each does what the function of its name in :mod:`limitmason.capacity.kinematics`, ``point_law`` or ``system`` does on
-whole arrays, point by point, for blocks that do not deform and joints that do not soften.
+They are written point by point. :mod:`limitmason.capacity.kinematics` and ``system`` call them, and load them then: an
+import of the package does without the compiler.
 
 Arrays are of m points with c force components, normal first. ``block_a`` and ``block_b`` are their blocks, (m,),
 ``arm_a`` and ``arm_b`` their arms from the centroids [m], (m, 3), ``directions`` those of the components, (m, c, 3),
-``force`` the components [N], (m, c). ``basis`` has the wrenches of the d degrees of freedom, (6, d).
+``force`` the components [N], (m, c). ``basis`` has the wrenches of the r rigid degrees of freedom of a block, (6, r).
+Blocks that deform have k shapes, ``shapes_a`` and ``shapes_b`` the displacements of their points by each, (m, 3, k).
 """
 
 import numpy as np
@@ -18,8 +19,9 @@ Index = NDArray[np.int64]
 
 @njit(cache=True, error_model="numpy")
 def contact(
-    block_a: Index, block_b: Index, arm_a: Array, arm_b: Array, offset: Array, reference: Array, shift: Array,
-    turn: Array, displacement: Array, directions: Array, place_a: Array, place_b: Array,
+    block_a: Index, block_b: Index, arm_a: Array, arm_b: Array, offset: Array, reference: Array, shapes_a: Array,
+    shapes_b: Array, shift: Array, turn: Array, shapes: Array, displacement: Array, directions: Array, place_a: Array,
+    place_b: Array, turned_b: Array,
 ) -> None:
     """Write displacements, directions and arms of the points in a pose.
 
@@ -28,23 +30,37 @@ def contact(
 
     Parameters
     ----------
-    block_a, block_b, arm_a, arm_b : see the module, in the reference pose
+    block_a, block_b, arm_a, arm_b, shapes_a, shapes_b : see the module, in the reference pose
     offset : from a's place to b's in the reference pose [m], shape (m, 3)
     reference : directions in the reference pose, shape (m, c, 3)
     shift : displacement of the blocks' centroids [m], shape (n, 3)
     turn : rotation matrices less one, so that small turns keep their digits, shape (n, 3, 3)
+    shapes : coordinates of the blocks' shapes, shape (n, k)
     displacement : written: of b against a, opening positive [m], shape (m, c)
     directions : written: as they are turned now, shape (m, c, 3)
     place_a, place_b : written: arms from the centroids of a and of b to b's point now [m], shape (m, 3)
+    turned_b : written: ``shapes_b`` as turned now, shape (m, 3, k)
     """
-    gap = np.empty(3)
+    gap, bent = np.empty(3), np.empty(3)
     for m in range(len(block_a)):
         a, b = block_a[m], block_b[m]
         for i in range(3):
-            swing_a = swing_b = 0.0
+            # a's point as its block has bent, in axes that have not turned
+            bent[i] = 0.0
+            for k in range(shapes.shape[1]):
+                bent[i] += shapes_a[m, i, k] * shapes[a, k]
+        for i in range(3):
+            # how far the end of either arm moves by its block's turn and bending
+            swing_a, swing_b = bent[i], 0.0
             for j in range(3):
-                swing_a += turn[a, i, j] * arm_a[m, j]
+                swing_a += turn[a, i, j] * (arm_a[m, j] + bent[j])
                 swing_b += turn[b, i, j] * arm_b[m, j]
+            for k in range(shapes.shape[1]):
+                x = shapes_b[m, i, k]
+                for j in range(3):
+                    x += turn[b, i, j] * shapes_b[m, j, k]
+                turned_b[m, i, k] = x
+                swing_b += x * shapes[b, k]
             gap[i] = offset[m, i] + shift[b, i] - shift[a, i] + swing_b - swing_a
             place_a[m, i], place_b[m, i] = arm_a[m, i] + swing_a + gap[i], arm_b[m, i] + swing_b
         for c in range(reference.shape[1]):
@@ -59,15 +75,22 @@ def contact(
 
 
 @njit(cache=True, error_model="numpy")
-def point_wrenches(directions: Array, arm_a: Array, arm_b: Array, basis: Array, out: Array) -> None:
+def point_wrenches(
+    directions: Array, reference: Array, arm_a: Array, arm_b: Array, shapes_a: Array, turned_b: Array, basis: Array,
+    out: Array,
+) -> None:
     """Write the wrenches of unit forces on both blocks of every point, opposite on a.
 
     Parameters
     ----------
-    directions, arm_a, arm_b : as turned now, see the module
-    basis : (force, moment) of every degree of freedom, shape (6, d)
-    out : written: (-n, -r_a x n) and (n, r_b x n) of every direction n times the basis, shape (m, c, 2, d), a first
+    directions, arm_a, arm_b, turned_b : as turned now, see :func:`contact`
+    reference, shapes_a : directions in the reference pose, and shapes of a, whose frame turns with them
+    basis : (force, moment) of every rigid degree of freedom in its first rows and columns, shape (6 + k, r + k)
+    out : written: (-n, -r_a x n) and (n, r_b x n) of every direction n times the basis, then the work of n on the
+        shapes, shape (m, c, 2, r + k), a first
     """
+    shapes = shapes_a.shape[2]
+    rigid = basis.shape[1] - shapes
     for m in range(len(directions)):
         for c in range(directions.shape[1]):
             x, y, z = directions[m, c]
@@ -75,10 +98,16 @@ def point_wrenches(directions: Array, arm_a: Array, arm_b: Array, basis: Array, 
                 u, v, w = arm_b[m] if side else arm_a[m]
                 k, o, n = v * z - w * y, w * x - u * z, u * y - v * x  # moment, arm x direction
                 sign = 1.0 if side else -1.0
-                for j in range(basis.shape[1]):
+                for j in range(rigid):
                     force = x * basis[0, j] + y * basis[1, j] + z * basis[2, j]
                     moment = k * basis[3, j] + o * basis[4, j] + n * basis[5, j]
                     out[m, c, side, j] = sign * (force + moment)
+            for j in range(shapes):
+                on_a = on_b = 0.0
+                for i in range(3):
+                    on_a += reference[m, c, i] * shapes_a[m, i, j]
+                    on_b += directions[m, c, i] * turned_b[m, i, j]
+                out[m, c, 0, rigid + j], out[m, c, 1, rigid + j] = -on_a, on_b
 
 
 @njit(cache=True, error_model="numpy")
@@ -98,128 +127,27 @@ def block_wrenches(block_a: Index, block_b: Index, wrenches: Array, force: Array
 
 
 @njit(cache=True, error_model="numpy")
-def returned(
-    strength: tuple[Array, Array, Array, Array, Array], kn: Array, ks: Array, floor: float, old_slip: Array,
-    old_lift: Array, displacement: Array, stress: Array, slip: Array, lift: Array, tangent: Array,
-) -> None:
-    """Write stress and history of every point, and the consistent tangent if asked.
-
-    An elastic trial is returned to the law in implicit steps: sliding along the shear with dilation psi, at the tip of
-    the cone where no shear is left, at the tension cut-off (``apex``), or at the crushing strength. Components are
-    normal first, then the shears.
-
-    Parameters
-    ----------
-    strength : tan(phi), tan(psi) [-], cohesion, tension and crushing strength [Pa], shape (m,) each
-    kn, ks : [Pa/m], shape (m,)
-    floor : share of the elastic stiffness left in the tangent
-    old_slip, old_lift : plastic slip and opening before the step [m], shapes (m, c - 1) and (m,)
-    displacement : of b against a, opening positive [m], shape (m, c)
-    stress : written, compression positive [Pa], (m, c)
-    slip, lift : written, plastic slip and opening after the step [m], shaped as before it
-    tangent : written unless it is empty: - d(stress) / d(displacement) [Pa/m], shape (m, c, c) or (0, c, c)
-    """
-    tan_phi, tan_psi, cohesion, tension, crushing = strength
-    c = displacement.shape[1]
-    along = np.empty(c - 1)
-    for m in range(len(kn)):
-        # elastic trial: normal stress n0, shear of this size along the unit vector ``along``
-        mu, psi, n0, size = tan_phi[m], tan_psi[m], kn[m] * (old_lift[m] - displacement[m, 0]), 0.0
-        for j in range(c - 1):
-            along[j] = ks[m] * (old_slip[m, j] - displacement[m, 1 + j])
-            size += along[j] * along[j]
-        size = np.sqrt(size)
-        for j in range(c - 1):
-            along[j] /= max(size, 1e-300)
-        # plastic slip p at which |shear| - ks p = c + mu (n0 + kn psi p)
-        hardness = ks[m] + kn[m] * mu * psi
-        p = max(size - (cohesion[m] + mu * n0), 0.0) / hardness
-        # beyond the tip the cone bears no shear: all of it slips
-        tip = p > 0.0 and cohesion[m] + mu * (n0 + kn[m] * psi * p) < 0.0
-        if tip:
-            p = size / ks[m]
-        apex = n0 + kn[m] * psi * p <= -tension[m]
-        tip = tip and not apex
-        if apex:
-            p = max(size - max(cohesion[m] - mu * tension[m], 0.0), 0.0) / ks[m]
-        normal = -tension[m] if apex else n0 + kn[m] * psi * p
-        raised = old_lift[m] + psi * p
-        crushed = normal > crushing[m]
-        if crushed:
-            normal = crushing[m]
-            p = max(size - (cohesion[m] + mu * normal), 0.0) / ks[m]
-            raised = displacement[m, 0] + normal / kn[m]
-        held = size - ks[m] * p  # shear that is left
-        stress[m, 0], lift[m] = normal, raised
-        for j in range(c - 1):
-            stress[m, 1 + j] = held * along[j]
-            slip[m, j] = old_slip[m, j] - p * along[j]
-        if not len(tangent):
-            continue
-        # derivatives by displacement, as in point_law: of n first (``first`` by the opening), then of the shears, which
-        # follow n by ``slope`` on the cone, while n rises by ``flow`` per unit of shear stiffness as slip lifts
-        cone = not apex and not tip and p > 0.0
-        sliding = p > 0.0 or cohesion[m] + mu * normal <= 0.0
-        share = held / max(size, 1e-300) if sliding else 1.0
-        slope = mu if cone else 0.0
-        flow = kn[m] * psi * (1.0 / ks[m] if tip else 1.0 / hardness if cone and not crushed else 0.0)
-        first = 0.0 if apex or crushed else kn[m] * (1.0 - flow * slope)
-        least = floor * min(kn[m], ks[m])
-        tangent[m, 0, 0] = first + least
-        for i in range(c - 1):
-            tangent[m, 0, 1 + i] = flow * ks[m] * along[i]
-            tangent[m, 1 + i, 0] = slope * first * along[i]
-        for i in range(c - 1):
-            for j in range(c - 1):
-                x = ks[m] * share * ((i == j) - sliding * along[i] * along[j])
-                tangent[m, 1 + i, 1 + j] = x + slope * along[i] * tangent[m, 0, 1 + j] + (least if i == j else 0.0)
-
-
-@njit(cache=True, error_model="numpy")
 def elements(
     components: tuple[int, ...], freedoms: tuple[int, ...], area: Array, wrenches: Array, tangent: Array,
-    directions: Array, arm_a: Array, arm_b: Array, force: Array, starts: Index, basis: Array, out: Array,
+    starts: Index, out: Array,
 ) -> None:
-    """Write the derivative of the wrenches on the two blocks of every run of points by the blocks' motions.
-
-    It has a part of the points' stiffness and one of the geometry, as forces turn with the blocks.
+    """Write what the points' stiffness gives the wrenches on the two blocks of every run by the blocks' motions.
 
     Parameters
     ----------
     components, freedoms : tuples of c and d numbers, whose lengths the compiler knows and writes loops out by
     area : of every point [m2]
-    tangent : derivative of its stress [Pa/m], (m, c, c)
     wrenches : of :func:`point_wrenches`
-    directions : axes of its frame, shape (m, c, 3)
-    force : its force along them [N], shape (m, c)
-    arm_a, arm_b : from the centroids of its two blocks, global axes, shape (m, 3)
-    starts : first point of every run, shape (k,)
-    basis : degrees of freedom of a block: velocity and spin by each of them, shape (6, d)
+    tangent : derivative of its stress [Pa/m], (m, c, c)
+    starts : first point of every run of points between the same two blocks, shape (k,)
     out : written, shape (k, 2 d, 2 d)
     """
     c, d = len(components), len(freedoms)
     flat, stiff = wrenches.reshape(len(area), c, 2 * d), np.empty(2 * d)
-    f, total, a, b, turned = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
-    shift, spin = basis[:3].T.copy(), basis[3:6].T.copy()
-    shifts = np.array([j for j in range(d) if np.abs(shift[j]).max() > 0.0])
-    spins = np.array([j for j in range(d) if np.abs(spin[j]).max() > 0.0])
     for k in range(len(starts)):
         own = out[k]
-        own[:], total[:], a[:], b[:] = 0.0, 0.0, 0.0, 0.0
+        own[:] = 0.0
         for m in range(starts[k], starts[k + 1] if k + 1 < len(starts) else len(area)):
-            for i in range(3):
-                f[i] = 0.0
-                for h in range(c):
-                    f[i] += directions[m, h, i] * force[m, h]
-                total[i] += f[i]
-            on_a = f[0] * arm_a[m, 0] + f[1] * arm_a[m, 1] + f[2] * arm_a[m, 2]
-            on_b = f[0] * arm_b[m, 0] + f[1] * arm_b[m, 1] + f[2] * arm_b[m, 2]
-            for i in range(3):
-                a[i, i] -= on_a
-                b[i, i] -= on_b
-                for j in range(3):
-                    a[i, j] += f[i] * arm_a[m, j]
-                    b[i, j] += f[i] * arm_b[m, j]
             for h in range(c):
                 for j in range(2 * d):
                     x = 0.0
@@ -230,8 +158,50 @@ def elements(
                     x = flat[m, h, i]
                     for j in range(2 * d):
                         own[i, j] -= x * stiff[j]
-        # a, b are sums of F arm^T - (arm . F) 1 for the two blocks, ``turned`` is [total], as in geometric_stiffness;
-        # only what moves or turns a block counts
+
+
+@njit(cache=True, error_model="numpy")
+def geometric(
+    directions: Array, arm_a: Array, arm_b: Array, force: Array, starts: Index, basis: Array, out: Array
+) -> None:
+    """Add how the wrenches on the two blocks of every run change as constant forces turn with the blocks.
+
+    A spin theta of a turns the force F by theta x F = -[F] theta. Of the arms d(arm_b) = -[arm_b] theta_b and
+    d(arm_a) = du_b - du_a - [arm_b] theta_b.
+
+    Parameters
+    ----------
+    directions : axes of the points' frames, shape (m, c, 3)
+    arm_a, arm_b : from the centroids of its two blocks, global axes, shape (m, 3)
+    force : its force along them [N], shape (m, c)
+    starts : first point of every run, shape (k,)
+    basis : rigid degrees of freedom of a block: velocity and spin by each of them, shape (6, r)
+    out : added to, shape (k, 2 r, 2 r)
+    """
+    d = basis.shape[1]
+    f, total, a, b, turned = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
+    shift, spin = basis[:3].T.copy(), basis[3:6].T.copy()
+    shifts = np.array([j for j in range(d) if np.abs(shift[j]).max() > 0.0])
+    spins = np.array([j for j in range(d) if np.abs(spin[j]).max() > 0.0])
+    for k in range(len(starts)):
+        own = out[k]
+        total[:], a[:], b[:] = 0.0, 0.0, 0.0
+        for m in range(starts[k], starts[k + 1] if k + 1 < len(starts) else len(force)):
+            for i in range(3):
+                f[i] = 0.0
+                for h in range(force.shape[1]):
+                    f[i] += directions[m, h, i] * force[m, h]
+                total[i] += f[i]
+            on_a = f[0] * arm_a[m, 0] + f[1] * arm_a[m, 1] + f[2] * arm_a[m, 2]
+            on_b = f[0] * arm_b[m, 0] + f[1] * arm_b[m, 1] + f[2] * arm_b[m, 2]
+            for i in range(3):
+                a[i, i] -= on_a
+                b[i, i] -= on_b
+                for j in range(3):
+                    a[i, j] += f[i] * arm_a[m, j]
+                    b[i, j] += f[i] * arm_b[m, j]
+        # a, b are now the sums of [arm] [F] = F arm^T - (arm . F) 1 for the two blocks, ``turned`` is [total]; only
+        # what moves or turns a block counts
         turned[0, 1], turned[0, 2], turned[1, 2] = -total[2], total[1], -total[0]
         turned[1, 0], turned[2, 0], turned[2, 1] = total[2], -total[1], total[0]
         for j in spins:

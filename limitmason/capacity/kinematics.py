@@ -16,11 +16,13 @@ import numpy as np
 from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.contacts import PathContacts
 from limitmason.capacity.deformable import CondensedShapes
-from limitmason.capacity.point_law import LARGE
-from limitmason.geometry.rotation import cross_matrix, rotation_matrices
+from limitmason.geometry.rotation import cross_matrix
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
+
+LARGE = 200
+"""Contact points from which equations are factored front by front: below, that takes longer than what it saves."""
 
 
 class Pose(NamedTuple):
@@ -60,7 +62,7 @@ class ContactGeometry(NamedTuple):
 
     @property
     def large(self) -> bool:
-        """Whether compiled sums over the points are worth loading, and do for these blocks."""
+        """Whether fronts are worth their ordering, and do for these blocks."""
         return len(self.area) >= LARGE and not self.deforming
 
 
@@ -122,8 +124,11 @@ def moved(pose: Pose, motion: Array) -> Pose:
     ----------
     motion : shift of the centroids and rotation vector in global axes [m, rad], and change of the shapes' coordinates
     """
-    step = rotation_matrices(motion[:, 3:6]) - np.eye(3)
-    return Pose(pose.shift + motion[:, :3], pose.turn + step + step @ pose.turn, pose.shapes + motion[:, 6:])
+    from limitmason.capacity import compiled
+
+    shift, turn = pose.shift.copy(), pose.turn.copy()
+    compiled.moved(np.ascontiguousarray(motion), shift, turn)
+    return Pose(shift, turn, pose.shapes + motion[:, 6:])
 
 
 def contact(bodies: ContactGeometry, pose: Pose) -> Contact:
@@ -134,34 +139,17 @@ def contact(bodies: ContactGeometry, pose: Pose) -> Contact:
     bodies : contact points and blocks in the reference pose
     pose : where the blocks are
     """
-    a, b = bodies.block_a, bodies.block_b
-    if bodies.large:
-        from limitmason.capacity import compiled
+    from limitmason.capacity import compiled
 
-        m, c = bodies.directions.shape[:2]
-        found = Contact(
-            displacement=np.empty((m, c)), directions=np.empty((m, c, 3)), arm_a=np.empty((m, 3)),
-            arm_b=np.empty((m, 3)), shapes_b=bodies.shapes_b,
-        )
-        compiled.contact(
-            a, b, bodies.arm_a, bodies.arm_b, bodies.offset, bodies.directions, pose.shift, pose.turn, *found[:4]
-        )
-        return found
-    # how far the end of either arm moves by its block's turn, a rotation less one
-    turn_a = pose.turn[a]
-    swing_a = np.einsum("mij,mj->mi", turn_a, bodies.arm_a)
-    swing_b = np.einsum("mij,mj->mi", pose.turn[b], bodies.arm_b)
-    shapes_b = bodies.shapes_b
-    if bodies.deforming:
-        # and by its deformation, which turns with the block
-        bent_a = np.einsum("mik,mk->mi", bodies.shapes_a, pose.shapes[a])
-        swing_a = swing_a + bent_a + np.einsum("mij,mj->mi", turn_a, bent_a)
-        shapes_b = shapes_b + pose.turn[b] @ shapes_b
-        swing_b = swing_b + np.einsum("mik,mk->mi", shapes_b, pose.shapes[b])
-    gap = bodies.offset + pose.shift[b] - pose.shift[a] + swing_b - swing_a
-    directions = bodies.directions + np.einsum("mij,mcj->mci", turn_a, bodies.directions)
-    displacement = np.einsum("mci,mi->mc", directions, gap)
-    return Contact(displacement, directions, bodies.arm_a + swing_a + gap, bodies.arm_b + swing_b, shapes_b)
+    b, (m, c) = bodies, bodies.directions.shape[:2]
+    found = Contact(
+        displacement=np.empty((m, c)), directions=np.empty((m, c, 3)), arm_a=np.empty((m, 3)), arm_b=np.empty((m, 3)),
+        shapes_b=np.empty_like(b.shapes_b),
+    )
+    compiled.contact(
+        b.block_a, b.block_b, b.arm_a, b.arm_b, b.offset, b.directions, b.shapes_a, b.shapes_b, *pose, *found
+    )
+    return found
 
 
 def point_wrenches(bodies: ContactGeometry, at: Contact) -> Array:
@@ -174,27 +162,13 @@ def point_wrenches(bodies: ContactGeometry, at: Contact) -> Array:
     bodies : contact points and blocks in the reference pose
     at : the points in a pose
     """
-    if bodies.large:
-        from limitmason.capacity import compiled
+    from limitmason.capacity import compiled
 
-        out = np.empty((*at.displacement.shape, 2, bodies.basis.shape[1]))
-        compiled.point_wrenches(at.directions, at.arm_a, at.arm_b, bodies.basis, out)
-        return out
-    parts_a = [at.directions, _moments(at.arm_a, at.directions)]
-    parts_b = [at.directions, _moments(at.arm_b, at.directions)]
-    if bodies.deforming:  # a turns its shapes and its frame together
-        parts_a.append(bodies.directions @ bodies.shapes_a)
-        parts_b.append(at.directions @ at.shapes_b)
-    on_a, on_b = np.concatenate(parts_a, axis=2), np.concatenate(parts_b, axis=2)
-    return np.stack([-on_a @ bodies.basis, on_b @ bodies.basis], axis=2)
-
-
-def _moments(arm: Array, directions: Array) -> Array:
-    """Vector products of arms, (m, 3), with directions, (m, c, 3): ``numpy.cross`` takes as long to move axes."""
-    u, v, w = arm.T[:, :, None]
-    x, y, z = (directions[:, :, i] for i in range(3))
-    out = np.empty_like(directions)
-    out[:, :, 0], out[:, :, 1], out[:, :, 2] = v * z - w * y, w * x - u * z, u * y - v * x
+    out = np.empty((*at.displacement.shape, 2, bodies.basis.shape[1]))
+    # a turns its shapes and its frame together
+    compiled.point_wrenches(
+        at.directions, bodies.directions, at.arm_a, at.arm_b, bodies.shapes_a, at.shapes_b, bodies.basis, out
+    )
     return out
 
 
@@ -207,16 +181,10 @@ def block_wrenches(bodies: ContactGeometry, wrenches: Array, force: Array) -> Ar
     wrenches : of unit forces on the two blocks of every point, shape (m, c, 2, d)
     force : of every point along its normal and tangents [N], shape (m, c)
     """
-    n, d = bodies.free.shape
-    out = np.zeros((n, d))
-    if bodies.large:
-        from limitmason.capacity import compiled
+    from limitmason.capacity import compiled
 
-        compiled.block_wrenches(bodies.block_a, bodies.block_b, wrenches, force, out)
-        return out
-    pair = np.einsum("mcsd,mc->msd", wrenches, force)
-    for k in range(d):
-        out[:, k] = np.bincount(bodies.block_a, pair[:, 0, k], n) + np.bincount(bodies.block_b, pair[:, 1, k], n)
+    out = np.zeros(bodies.free.shape)
+    compiled.block_wrenches(bodies.block_a, bodies.block_b, wrenches, force, out)
     return out
 
 
@@ -233,32 +201,13 @@ def geometric_stiffness(bodies: ContactGeometry, at: Contact, force: Array, star
     force : components of the points [N], shape (m, c)
     starts : first point of every run of points between the same two blocks, shape (k,)
     """
-    k, d = len(starts), bodies.basis.shape[1] - bodies.deforming
-    f = np.einsum("mci,mc->mi", at.directions, force)
+    from limitmason.capacity import compiled
 
-    def crossed(arm: Array) -> Array:
-        """[arm] [F] = F arm' - (arm . F) 1, summed over every run."""
-        product = f[:, :, None] * arm[:, None, :]
-        product[:, [0, 1, 2], [0, 1, 2]] -= (arm * f).sum(axis=1)[:, None]
-        return np.asarray(np.add.reduceat(product, starts, axis=0))
-
-    turned, a, b = cross_matrix(np.add.reduceat(f, starts, axis=0)), crossed(at.arm_a), crossed(at.arm_b)
-    # rows: force and moment on a, then on b; columns: shift and spin of a, then of b. A spin theta of a turns the force
-    # by theta x F = -[F] theta
-    full = np.zeros((k, 12, 12))
-    full[:, 0:3, 3:6] = turned
-    full[:, 6:9, 3:6] = -turned
-    full[:, 3:6, 3:6] = a
-    full[:, 9:12, 3:6] = -b
-    # d(arm) x F = -[F] d(arm); d(arm_a) = du_b - du_a - [arm_b] theta_b, d(arm_b) = -[arm_b] theta_b
-    swapped = np.swapaxes(b, 1, 2)  # [F] [arm]
-    full[:, 3:6, 0:3] = -turned
-    full[:, 3:6, 6:9] = turned
-    full[:, 3:6, 9:12] = -swapped
-    full[:, 9:12, 9:12] = swapped
-    p = np.zeros((12, 2 * d))  # from the degrees of freedom of both blocks to their motions
-    p[:6, :d] = p[6:, d:] = bodies.basis[:6, :d]
-    return np.asarray(p.T @ full @ p)
+    rigid = bodies.basis.shape[1] - bodies.deforming
+    out = np.zeros((len(starts), 2 * rigid, 2 * rigid))
+    basis = np.ascontiguousarray(bodies.basis[:6, :rigid])
+    compiled.geometric(at.directions, at.arm_a, at.arm_b, force, starts, basis, out)
+    return out
 
 
 def shape_geometry(at: Contact, force: Array) -> tuple[Array, Array]:

@@ -14,7 +14,7 @@ from scipy import sparse
 
 from limitmason.arrays import Array, Index
 from limitmason.capacity.point_law import PlasticHistory
-from limitmason.capacity.system import Evaluated, System
+from limitmason.capacity.system import Entries, Evaluated, System
 from limitmason.mechanics.law import PointLaw
 
 TOLERANCE = 1e-12
@@ -72,7 +72,6 @@ def solve_step(
     start = (elastic / force).ravel()
     order, free = system.order, advance is not None  # unknown motions, and whether the multiplier is an unknown too
     left = 0.0 if advance is None else advance
-    a = system.equilibrium(at.wrenches)
     dead, live = system.applied(at.pose)
     if not free:
         dead = dead + multiplier * live
@@ -81,39 +80,45 @@ def solve_step(
     if system.bodies.deforming:
         dead = dead + system.sprung(at.pose)
     # unknowns x are the points' forces and what follows, at the cost x' P x / 2 + q' x with P diagonal
-    columns = [a]
+    entries = [system.equilibrium(at.wrenches)]
     p = [compliance]
     q = [-compliance * start]
+    unknowns = len(compliance)
     if free:
-        columns.append(sparse.csc_matrix(live[:, None]))
+        acts = np.flatnonzero(live)
+        entries.append(Entries(acts, np.full(len(acts), unknowns), live[acts]))
         p.append(np.zeros(1))
         q.append(np.array([-left / (force * system.length)]))
+        unknowns += 1
     # A f + w = r * motion with r the viscosity and the springs of shapes: one more force y at the cost y^2 / (2 r)
     resisting = viscosity + system.springs_own
     held = np.flatnonzero(resisting > 0.0)
-    if len(held):
-        columns.append(sparse.csc_matrix((np.ones(len(held)), (held, np.arange(len(held)))), shape=(order, len(held))))
-        p.append(1.0 / resisting[held])
-        q.append(np.zeros(len(held)))
+    entries.append(Entries(held, unknowns + np.arange(len(held)), np.ones(len(held))))
+    p.append(1.0 / resisting[held])
+    q.append(np.zeros(len(held)))
+    unknowns += len(held)
     ties = system.ties
-    t = len(ties.length)
-    if t:  # 0 <= T <= strength, at the same cost as a point's force
+    if len(ties.length):  # 0 <= T <= strength, at the same cost as a point's force
         soft = force / (ties.stiffness * system.length)
-        columns.append(system.tie_columns(at.pulled))
+        pulls = system.tie_columns(at.pulled)
+        entries.append(pulls._replace(column=unknowns + pulls.column))
         p.append(soft)
         q.append(-soft * ties.stiffness * (at.pulled.elongation - old.stretched) / force)
-    equations = sparse.hstack(columns, format="csc")
-    unknowns = equations.shape[1]
-    place, limit, cones = _bounds(system, law, normal, c, unknowns)
-    matrix = sparse.vstack([equations, *place], format="csc")
+        unknowns += len(ties.length)
+    bounds, limit, cones = _bounds(system, law, normal, c, unknowns)
+    row, column, value = (np.concatenate(x) for x in zip(*entries, *bounds, strict=True))
+    # made at once: a sparse matrix of each part, joined, takes longer than the solver does on few points
+    matrix = sparse.csc_matrix((value, (row, column)), shape=(order + len(limit), unknowns))
     settings = clarabel.DefaultSettings()
     settings.verbose = False
     settings.max_iter = _ITERATIONS
     settings.max_threads = 1
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = TOLERANCE
     settings.tol_ktratio = _RATIO
-    quadratic = sparse.diags(np.concatenate(p), format="csc")
-    kinds, right = [clarabel.ZeroConeT(order), *cones], np.concatenate([-dead, *limit])
+    cost = np.concatenate(p)
+    on = np.flatnonzero(cost)
+    quadratic = sparse.csc_matrix((cost[on], (on, on)), shape=(unknowns, unknowns))
+    kinds, right = [clarabel.ZeroConeT(order), *cones], np.concatenate([-dead, limit])
     found = clarabel.DefaultSolver(quadratic, np.concatenate(q), matrix, right, kinds, settings).solve()
     if str(found.status) not in ("Solved", "AlmostSolved"):
         return None
@@ -123,8 +128,10 @@ def solve_step(
 
 def _bounds(
     system: System, law: PointLaw, normal: Array | None, c: int, unknowns: int
-) -> tuple[list[sparse.csc_matrix], list[Array], list[Any]]:
+) -> tuple[list[Entries], Array, list[Any]]:
     """Rows G, right sides h and cones of what points and ties bear at most, h - G x in the cone, in mean block weights.
+
+    The rows follow those of equilibrium.
 
     Rows and cones come in one order: pull, crushing, ties, and shear in plane, all in the nonnegative cone; in space
     then a second-order cone for each point.
@@ -145,12 +152,15 @@ def _bounds(
         # friction psi, with the shear strength that phi gives under the last normal forces
         bears = bears.frozen(normal / force)
     tan, fixed = bears.tan_phi, bears.cohesion
-    one, place, limit = np.ones(m), [], []
+    one = np.ones(m)
+    entries: list[Entries] = []
+    limit = np.zeros(0)
 
     def bounded(row: Index, column: Index, value: Array, most: Array) -> None:
         """Rows of value x <= most."""
-        place.append(sparse.csc_matrix((value, (row, column)), shape=(len(most), unknowns)))
-        limit.append(most)
+        nonlocal limit
+        entries.append(Entries(system.order + len(limit) + row, column, value))
+        limit = np.append(limit, most)
 
     bounded(rows, c * rows, -one, bears.tension)
     crushes = np.flatnonzero(bears.crushes)
@@ -171,4 +181,4 @@ def _bounds(
         most = np.column_stack([fixed, np.zeros((m, 2))]).ravel()
         bounded(where, where, np.concatenate([-tan, -one, -one]), most)
         cones += [clarabel.SecondOrderConeT(3)] * m
-    return place, limit, cones
+    return entries, limit, cones

@@ -54,6 +54,14 @@ class Evaluated(NamedTuple):
         return float(np.abs(self.residual).max(initial=0.0))
 
 
+class Entries(NamedTuple):
+    """Entries of a sparse matrix: rows, columns and values, shapes (e,); those at one place add up."""
+
+    row: Index
+    column: Index
+    value: Array
+
+
 class System:
     """Joints, loads and the control of one path.
 
@@ -182,18 +190,15 @@ class System:
         It is linear about the pose ``at``. ``own`` are motions of the free degrees of freedom in own units, shape
         (order,). Displacements are of b against a, positive where a point opens.
         """
+        from limitmason.capacity import compiled
+
         # virtual work: forces of a point push its blocks apart; a tie pulls them together, hence its minus
         motion, b = self._motion(own), self.bodies
         ends_of_ties = np.stack([motion[self.ties.block_a], motion[self.ties.block_b]], axis=1)
         longer = -np.einsum("tsd,tsd->t", at.pulled.wrenches, ends_of_ties)
-        if b.large:
-            from limitmason.capacity import compiled
-
-            displaced = np.empty(at.wrenches.shape[:2])
-            compiled.relative(b.block_a, b.block_b, at.wrenches, motion, displaced)
-            return displaced, longer
-        ends = np.stack([motion[b.block_a], motion[b.block_b]], axis=1)
-        return np.einsum("mcsd,msd->mc", at.wrenches, ends), longer
+        displaced = np.empty(at.wrenches.shape[:2])
+        compiled.relative(b.block_a, b.block_b, at.wrenches, motion, displaced)
+        return displaced, longer
 
     def virgin(self) -> PlasticHistory:
         """The history of joints and ties that nothing has happened to."""
@@ -223,14 +228,7 @@ class System:
 
     def advanced(self, pose: Pose, own: Array) -> Pose:
         """The pose after a motion in own units of the free degrees of freedom."""
-        motion = self._motion(own) @ self.bodies.basis.T
-        if not self.bodies.large:
-            return moved(pose, motion)
-        from limitmason.capacity import compiled
-
-        shift, turn = pose.shift.copy(), pose.turn.copy()
-        compiled.moved(motion, shift, turn)
-        return Pose(shift, turn, pose.shapes)
+        return moved(pose, self._motion(own) @ self.bodies.basis.T)
 
     def _motion(self, own: Array) -> Array:
         """Motion of all degrees of freedom, shape (n, d), of the free ones in own units."""
@@ -321,37 +319,21 @@ class System:
 
     def _summed(self, element: Array) -> Array:
         """Entries of the tangent, own units, by elements in newtons and metres, (k, 2 d, 2 d)."""
-        rows, columns = np.concatenate([self.row_scale] * 2), np.concatenate([self.motion_scale] * 2)
-        scale = rows[:, None] * columns
-        if self.bodies.large:
-            from limitmason.capacity import compiled
+        from limitmason.capacity import compiled
 
-            values = np.zeros(self._pattern.nnz)
-            compiled.assembled(element, scale, self._slot, values)
-            return values
-        keep = self._slot >= 0
-        own = (element * scale).ravel()[keep]
-        return np.asarray(np.bincount(self._slot[keep], own, self._pattern.nnz), float)
+        rows, columns = np.concatenate([self.row_scale] * 2), np.concatenate([self.motion_scale] * 2)
+        values = np.zeros(self._pattern.nnz)
+        compiled.assembled(element, rows[:, None] * columns, self._slot, values)
+        return values
 
     def _elements(self, at: Evaluated) -> Array:
         """Derivative of the wrenches by the motions, per run of points between two rigid blocks, (k, 2 d, 2 d)."""
-        b, d = self.bodies, self.bodies.basis.shape[1]
-        m, c = at.force.shape
-        if b.large:
-            from limitmason.capacity import compiled
+        from limitmason.capacity import compiled
 
-            out = np.empty((len(self.starts), 2 * d, 2 * d))
-            x = at.contact
-            compiled.elements(
-                (0,) * c, (0,) * d, b.area, at.wrenches, at.returned.tangent, x.directions, x.arm_a, x.arm_b, at.force,
-                self.starts, b.basis, out,
-            )
-            return out
-        # -B k B^T of every point, B its wrenches as (2 d, c)
-        flat = at.wrenches.transpose(0, 2, 3, 1).reshape(m, 2 * d, c)
-        stiff = (b.area[:, None, None] * at.returned.tangent) @ flat.transpose(0, 2, 1)
-        element = geometric_stiffness(b, at.contact, at.force, self.starts)
-        return np.asarray(element - np.add.reduceat(flat @ stiff, self.starts, axis=0))
+        d, c = self.bodies.basis.shape[1], at.force.shape[1]
+        out = np.empty((len(self.starts), 2 * d, 2 * d))
+        compiled.elements((0,) * c, (0,) * d, self.bodies.area, at.wrenches, at.returned.tangent, self.starts, out)
+        return out + geometric_stiffness(self.bodies, at.contact, at.force, self.starts)
 
     def _deforming_elements(self, at: Evaluated) -> Array:
         """Stiffness between the two blocks of every run, which deform, shape (runs, 2 d, 2 d).
@@ -381,18 +363,18 @@ class System:
             element[:, d + r :, parts[i]] += spin.transpose(0, 2, 1)
         return np.asarray(element)
 
-    def equilibrium(self, wrenches: Array) -> sparse.csc_matrix:
-        """Wrench matrix of a pose in own units on the free degrees of freedom, shape (order, c m)."""
+    def equilibrium(self, wrenches: Array) -> Entries:
+        """Entries of the wrench matrix of a pose in own units on the free degrees of freedom, shape (order, c m)."""
         m, c, *ends = wrenches.shape
         return self._columns(wrenches.reshape(m * c, *ends), np.repeat(self.ends, c, axis=0))
 
-    def tie_columns(self, pulled: Pulled) -> sparse.csc_matrix:
-        """Wrenches of a mean block weight in every tie, own units, shape (order, t)."""
+    def tie_columns(self, pulled: Pulled) -> Entries:
+        """Entries of the wrenches of a mean block weight in every tie, own units, shape (order, t)."""
         return self._columns(pulled.wrenches, self.tie_ends)
 
-    def _columns(self, wrenches: Array, ends: Index) -> sparse.csc_matrix:
+    def _columns(self, wrenches: Array, ends: Index) -> Entries:
         """Wrenches [N, N m] on two blocks each, (k, 2, d), at rows ``ends``, -1 for held, as columns in own units."""
         values = wrenches * self.row_scale * self.weight
         columns = np.broadcast_to(np.arange(len(values))[:, None, None], values.shape)
         keep = ends >= 0
-        return sparse.csc_matrix((values[keep], (ends[keep], columns[keep])), shape=(self.order, len(values)))
+        return Entries(ends[keep], columns[keep], values[keep])
