@@ -36,7 +36,7 @@ def minimum_thickness(
     -------
     Range
         Low end at which it is proven to fall by a motion, and high end at which forces carry it [m]. The low end is 0
-        where it stands at the smaller thickness given.
+        where it stands at the smaller thickness given, or where no fall is proven.
 
     Raises
     ------
