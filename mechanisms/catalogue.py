@@ -90,6 +90,8 @@ def catalogue(
                 found[name] = candidates[name]()
             except NotApplicable as error:
                 reasons.setdefault(str(error), []).append(name)
+    if include is not None and (unfit := [name for name in NAMES if name in wanted - candidates.keys()]):
+        reasons["not a mechanism of this plan under this load"] = unfit
     skipped += [f"{', '.join(names)} left out: {reason}" for reason, names in reasons.items()]
     if not found:
         raise NotApplicable("no mechanism of the catalogue fits: " + "; ".join(skipped))

@@ -8,6 +8,7 @@ from facades import JOINT, MU, associative, built, outwards
 
 import limitmason as lm
 import mechanisms as me
+from limitmason.errors import NotApplicable
 from mechanisms.velocity_field import ESTIMATE_INADMISSIBLE, UPPER
 
 
@@ -126,3 +127,12 @@ def test_prediction_survives_a_file(tmp_path):
     back = lm.formats.read_prediction(tmp_path / "a.json")
     assert back.details["power"] == rocking.details["power"]
     assert back.provenance["parameters"]["side_walls"] == 2
+
+
+def test_a_mechanism_asked_for_by_name_is_not_left_out_in_silence():
+    wall = built("straight")
+    _, skipped = me.catalogue(wall, outwards(wall), include=("simple rocking", "horizontal flexure"))
+    assert skipped == ("horizontal flexure left out: not a mechanism of this plan under this load",)
+    with pytest.raises(NotApplicable, match="compound rocking left out"):
+        me.catalogue(wall, outwards(wall), include="compound rocking")
+    assert me.catalogue(wall, outwards(wall))[1] == ()
