@@ -227,3 +227,17 @@ def test_a_joint_that_crushes_has_no_direction_without_end():
     found = lm.load_region(model, weight, loads)
     assert found.corners[:, 1].max() == pytest.approx(19.0, rel=1e-6)
     assert found.cone == pytest.approx(np.array([[1.0, 0.0]]), abs=1e-6)
+
+
+def test_what_is_asked_beside_the_axes_is_counted_without_them():
+    """The parallelogram closes with one program for each of its sides, after two along each axis."""
+    model = block()
+    dead, cases = lm.Loads.weight(model), two_pushes(model)
+    found = [lm.load_region(model, dead, cases, tolerance=1e-6, most=most).status for most in (0, 4)]
+    assert found == ["not closed", "closed"]
+
+
+def test_a_name_that_looks_like_a_numbered_one_is_told_apart_too():
+    model = block()
+    cases = [push(model, f, name=name) for f, name in (([1, 0, 0], "p"), ([0, 0, -1], "p (2)"), ([0, 1, 0], "p"))]
+    assert lm.load_region(model, lm.Loads.weight(model), cases, most=0).names == ("p", "p (2)", "p (3)")
