@@ -77,8 +77,8 @@ def thrust(
     ----------
     assembly : with the support held
     support : a held block by name or number, or several
-    cut : joints by name, "voussoir-10|voussoir-11", as ``assembly.joint_names`` lists them, each with all faces at which
-        the two blocks touch; the thrust is what the first blocks exert on the second ones. Give either support or cut
+    cut : joints by name, "voussoir-10|voussoir-11", as ``assembly.joint_names`` lists them, each with all its faces;
+        the thrust is what the first blocks exert on the second ones. Give either support or cut
     direction : d; by default horizontal, from the middle of the free blocks to that of the support, or of the cut from
         its first blocks to the second
     loads : dead loads; self weight by default
