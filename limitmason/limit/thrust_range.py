@@ -199,7 +199,6 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
 
     seen = np.tile([*d, 0.0, 0.0, 0.0], (m, 1))
     cutting = Loads(dead, pairs(seen / m), f"thrust through {', '.join(assembly.joint_names[k] for k in joints)}")
-    in_plane = options.get("in_plane") not in (False,)
-    across = guides_across(made, cutting, seen, np.ones(6, dtype=bool), in_plane=in_plane)
+    across = guides_across(made, cutting, seen, np.ones(6, dtype=bool), options.get("in_plane"))
     found = largest_multiplier(made, cutting, pairs(across), **options)
     return replace(found, method=cutting.name, collapse_multiplier=found.collapse_multiplier * total)
