@@ -18,6 +18,8 @@ from mechanisms.built_wall import at_origin, foot_level, wall_recipe
 ROUNDING = 1e-9
 """Relative: lengths, tangents and loads of the closed forms that differ by less are equal."""
 
+_UNITS = ("facade", "return")  # how the names of a built wall's units begin
+
 _EPS = 1e-6  # relative: loads, levels and friction coefficients of an assembly closer than this are the same
 
 
@@ -152,8 +154,8 @@ class Facade:
     def from_assembly(cls, assembly: Assembly, loads: Loads | None = None, **changes: Any) -> Facade:
         """Parameters of a wall of ``limitmason.build``, from its recipe and its loads.
 
-        Geometry comes from the recipe, friction from the bed joints, the unit weight from density and gravity, the
-        overload from loading beams and from dead loads on beams and on the top course.
+        Geometry comes from the recipe, friction from the bed joints, the unit weight from the density of units and
+        gravity, the overload from loading beams and from dead loads on beams and on the top course.
 
         Parameters
         ----------
@@ -164,8 +166,8 @@ class Facade:
         Raises
         ------
         NotApplicable
-            Without such a recipe; for a bond without stagger, bed joints of different friction, dead loads below the
-            top course, and live loads that are not the weights turned horizontally.
+            Without such a recipe; for a bond without stagger, bed joints of different friction, units of different
+            density, dead loads below the top course, and live loads that are not the weights turned horizontally.
         """
         recipe = wall_recipe(assembly)
         assembly = at_origin(assembly)
@@ -182,7 +184,8 @@ class Facade:
             "length": recipe["length"], "thickness": thickness,
             "courses": recipe["courses"] - int(recipe.get("base") == "course"),  # a held bottom course is the ground
             "course_height": recipe["unit_height"], "staggering": staggering,
-            "unit_weight": recipe["density"] * GRAVITY, "side_walls": len(returns),
+            "unit_weight": changes["unit_weight"] if "unit_weight" in changes else unit_density(assembly) * GRAVITY,
+            "side_walls": len(returns),
             "friction": changes["friction"] if "friction" in changes else bed_friction(assembly),
         }
         if returns:
@@ -286,6 +289,22 @@ def bed_friction(assembly: Assembly) -> float:
                 raise NotApplicable(f"friction of the bed joints differs ({span}); read the Facade with friction=...")
             return float(values[0])
     raise NotApplicable("friction cannot be read: the assembly has no bed joints")
+
+
+def unit_density(assembly: Assembly) -> float:
+    """Density of the free units of a built wall [kg/m3]: of the blocks, as materials change it and no recipe.
+
+    Raises
+    ------
+    NotApplicable
+        When densities differ: a closed form knows one value.
+    """
+    units = [b for k, b in enumerate(assembly.blocks) if not assembly.fixed[k] and b.name.startswith(_UNITS)]
+    values = np.unique([b.density for b in units])
+    if not len(values) or np.ptp(values) > _EPS * values[-1]:
+        span = f" ({values[0]:.4g} to {values[-1]:.4g} kg/m3)" if len(values) else ""
+        raise NotApplicable(f"there is no one density of the free units{span}; read the Facade with unit_weight=...")
+    return float(values[0])
 
 
 def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
