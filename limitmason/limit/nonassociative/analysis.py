@@ -159,17 +159,15 @@ def solve_nonassociative(
     associative = bool((problem.law.tan_psi >= problem.law.tan_phi - SAME_ANGLE).all())
     law = None if associative else joint_law(problem)
     upper = solve_associative(problem, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose)
-    provenance = dict(
-        upper.provenance, flow_rule=str(FlowRule.NON_ASSOCIATIVE), seed=seed,
-        solver="clarabel" if problem.plane is None else "clarabel, HiGHS",
-        search="given" if effort is search else named,
-    )
+    # with the flow rule and the solver of the associative analysis, until a search begins
+    provenance = dict(upper.provenance, seed=seed, search="given" if effort is search else named)
     if law is None:
         # psi = phi: the two laws are one and the associative certificate, with its gap, says more
-        provenance["flow_rule"] = str(FlowRule.ASSOCIATIVE)
         return replace(upper, method=f"{METHOD} (psi = phi: associative)", provenance=provenance)
+    provenance["flow_rule"] = str(FlowRule.NON_ASSOCIATIVE)
     if upper.status not in (Status.SOLVED, Status.ALMOST_SOLVED, Status.UNBOUNDED):
         return replace(upper, method=METHOD, provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE)
+    provenance["solver"] = "clarabel" if problem.plane is None else "clarabel, HiGHS"
     low = radenkovic_lower(law, deadline)
     if proof_seconds is None:
         proof_seconds = PROOF_SECONDS[named]
