@@ -128,7 +128,7 @@ def test_the_command_draws_the_envelope(tmp_path, capsys):
 
 @pytest.mark.slow
 def test_a_train_may_be_placed_by_any_of_its_axles(monkeypatch):
-    """With the second as the first, the axle before it comes onto the bridge 1.5 m earlier: it was passed over before."""
+    """With the second as the first, the axle before it is on the bridge 1.5 m earlier: it was passed over before."""
     monkeypatch.setattr("limitmason.limit.axles.POSITIONS", 8)
     arch = bridge(7, thickness=0.15)
     train = [(0.0, 2e4), (1.5, 1e3)]
