@@ -371,7 +371,8 @@ def _outwards(inner: Array, planes: list[HalfPlane], extent: Array, tolerance: f
     extent : multipliers that distances are measured by [-], shape (k,)
     tolerance : part of the diameter up to which a corner does not stand out [-]
     """
-    size = float(np.linalg.norm(np.ptp(inner / extent, axis=0)))
+    # of a set that is a point but for rounding, as a cone without rays, the extents themselves are the measure
+    size = max(float(np.linalg.norm(np.ptp(inner / extent, axis=0))), 1.0)
     normal, offset = np.array([p.normal for p in planes]) * extent, np.array([p.offset for p in planes])
     far = corners_of_half_spaces(normal, offset, inner / extent)
     foot = np.array([nearest_in_hull(inner / extent, w) for w in far])  # of every outer corner on the inner set
