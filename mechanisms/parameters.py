@@ -13,12 +13,10 @@ from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from mechanisms.built_wall import at_origin, foot_level, wall_recipe
+from mechanisms.built_wall import at_origin, check_free, foot_level, unit_density, wall_recipe
 
 ROUNDING = 1e-9
 """Relative: lengths, tangents and loads of the closed forms that differ by less are equal."""
-
-_UNITS = ("facade", "return")  # how the names of a built wall's units begin
 
 _EPS = 1e-6  # relative: loads, levels and friction coefficients of an assembly closer than this are the same
 
@@ -166,11 +164,13 @@ class Facade:
         Raises
         ------
         NotApplicable
-            Without such a recipe; for a bond without stagger, bed joints of different friction, units of different
-            density, dead loads below the top course, and live loads that are not the weights turned horizontally.
+            Without such a recipe; for a bond without stagger, units held above the foot, bed joints of different
+            friction, units of different density, dead loads below the top course, and live loads that are not the
+            weights turned horizontally.
         """
         recipe = wall_recipe(assembly)
         assembly = at_origin(assembly)
+        check_free(assembly)
         if recipe.get("plan") == "box":
             raise NotApplicable("a closed plan: its rear wall holds the side walls, which the closed forms leave free")
         staggering = recipe.get("staggering")
@@ -289,22 +289,6 @@ def bed_friction(assembly: Assembly) -> float:
                 raise NotApplicable(f"friction of the bed joints differs ({span}); read the Facade with friction=...")
             return float(values[0])
     raise NotApplicable("friction cannot be read: the assembly has no bed joints")
-
-
-def unit_density(assembly: Assembly) -> float:
-    """Density of the free units of a built wall [kg/m3]: of the blocks, as materials change it and no recipe.
-
-    Raises
-    ------
-    NotApplicable
-        When densities differ: a closed form knows one value.
-    """
-    units = [b for k, b in enumerate(assembly.blocks) if not assembly.fixed[k] and b.name.startswith(_UNITS)]
-    values = np.unique([b.density for b in units])
-    if not len(values) or np.ptp(values) > _EPS * values[-1]:
-        span = f" ({values[0]:.4g} to {values[-1]:.4g} kg/m3)" if len(values) else ""
-        raise NotApplicable(f"there is no one density of the free units{span}; read the Facade with unit_weight=...")
-    return float(values[0])
 
 
 def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:

@@ -136,3 +136,13 @@ def test_a_mechanism_asked_for_by_name_is_not_left_out_in_silence():
     with pytest.raises(NotApplicable, match="compound rocking left out"):
         me.catalogue(wall, outwards(wall), include="compound rocking")
     assert me.catalogue(wall, outwards(wall))[1] == ()
+
+
+def test_a_wall_that_is_held_at_its_top_is_no_free_wall():
+    """It carries any push out of its plane, and 0.25 was said, the estimate of a free wall."""
+    wall = built(top_beam=0.2)
+    held = wall.with_supports([lm.Support.fixed("beam")])
+    assert lm.limit_analysis(held, outwards(held)).status == "unbounded"
+    with pytest.raises(NotApplicable, match="block 'beam' is held above the foot"):
+        me.catalogue(held, outwards(held))
+    assert me.smallest(wall, outwards(wall)).bound == UPPER
