@@ -1,4 +1,4 @@
-"""Built walls: their recipe, and where it places them."""
+"""Built walls: their recipe, where it places them, and what closed forms read of their blocks."""
 
 from __future__ import annotations
 
@@ -10,6 +10,12 @@ from limitmason.arrays import Array
 from limitmason.checks import instance
 from limitmason.errors import NotApplicable
 from limitmason.model.assembly import Assembly
+
+_UNITS = ("facade", "return")
+"""How the names of a built wall's units begin."""
+
+_SAME_DENSITY = 1e-6
+"""Relative difference of densities that are the same: rounding."""
 
 
 def wall_recipe(assembly: Assembly) -> dict[str, Any]:
@@ -40,3 +46,30 @@ def foot_level(assembly: Assembly) -> float:
     """Level at which the free part of a built wall stands [m]: its foot, or the top of a held bottom course."""
     recipe = wall_recipe(assembly)
     return float(origin_of(assembly)[2]) + (recipe["unit_height"] if recipe.get("base") == "course" else 0.0)
+
+
+def check_free(assembly: Assembly) -> None:
+    """Refuse a built wall with units or beams that are held above its foot, in any direction.
+
+    The closed forms are of walls that stand on their foot and are free above.
+    """
+    level = foot_level(assembly) + 10.0 * assembly.tolerance
+    for k, block in enumerate(assembly.blocks):
+        if assembly.held[k].any() and block.name.startswith((*_UNITS, "beam")) and block.bounds[1, 2] > level:
+            raise NotApplicable(f"block {block.name!r} is held above the foot: the closed forms take walls free there")
+
+
+def unit_density(assembly: Assembly) -> float:
+    """Density of the free units of a built wall [kg/m3]: of the blocks, as materials change it and no recipe.
+
+    Raises
+    ------
+    NotApplicable
+        When densities differ: a closed form knows one value.
+    """
+    units = [b for k, b in enumerate(assembly.blocks) if not assembly.fixed[k] and b.name.startswith(_UNITS)]
+    values = np.unique([b.density for b in units])
+    if not len(values) or np.ptp(values) > _SAME_DENSITY * values[-1]:
+        span = f" ({values[0]:.4g} to {values[-1]:.4g} kg/m3)" if len(values) else ""
+        raise NotApplicable(f"there is no one density of the free units{span}; read the Facade with unit_weight=...")
+    return float(values[0])

@@ -90,6 +90,8 @@ def catalogue(
                 found[name] = candidates[name]()
             except NotApplicable as error:
                 reasons.setdefault(str(error), []).append(name)
+    if include is not None and (unfit := [name for name in NAMES if name in wanted - candidates.keys()]):
+        reasons["not a mechanism of this plan under this load"] = unfit
     skipped += [f"{', '.join(names)} left out: {reason}" for reason, names in reasons.items()]
     if not found:
         raise NotApplicable("no mechanism of the catalogue fits: " + "; ".join(skipped))
@@ -148,10 +150,11 @@ def smallest(
         # the power balance on the blocks: where a closed form lies above or below it, this is what is proven
         lead = replace(lead, collapse_multiplier=upper[name], bound=UPPER)
         notes = [n for n in notes if ON_BLOCKS not in n]
-    if bound_of is None:
+        if estimate_of is not None:
+            said = f"{estimates[estimate_of]:.6g} ({estimate_of})"
+            notes.append(f"smallest estimate {said}: no bound; {SPREAD_OF_ESTIMATES}")
+    else:
         notes.append("no mechanism of the catalogue is admissible on these blocks: this is an estimate, not a bound")
-    elif estimate_of is not None:
-        notes.append(f"smallest estimate {estimates[estimate_of]:.6g} ({estimate_of}): no bound; {SPREAD_OF_ESTIMATES}")
     details = {
         **lead.details,
         "governing": name,

@@ -13,7 +13,7 @@ from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from mechanisms.built_wall import at_origin, foot_level, wall_recipe
+from mechanisms.built_wall import at_origin, check_free, foot_level, unit_density, wall_recipe
 
 ROUNDING = 1e-9
 """Relative: lengths, tangents and loads of the closed forms that differ by less are equal."""
@@ -152,8 +152,8 @@ class Facade:
     def from_assembly(cls, assembly: Assembly, loads: Loads | None = None, **changes: Any) -> Facade:
         """Parameters of a wall of ``limitmason.build``, from its recipe and its loads.
 
-        Geometry comes from the recipe, friction from the bed joints, the unit weight from density and gravity, the
-        overload from loading beams and from dead loads on beams and on the top course.
+        Geometry comes from the recipe, friction from the bed joints, the unit weight from the density of units and
+        gravity, the overload from loading beams and from dead loads on beams and on the top course.
 
         Parameters
         ----------
@@ -164,11 +164,13 @@ class Facade:
         Raises
         ------
         NotApplicable
-            Without such a recipe; for a bond without stagger, bed joints of different friction, dead loads below the
-            top course, and live loads that are not the weights turned horizontally.
+            Without such a recipe; for a bond without stagger, units held above the foot, bed joints of different
+            friction, units of different density, dead loads below the top course, and live loads that are not the
+            weights turned horizontally.
         """
         recipe = wall_recipe(assembly)
         assembly = at_origin(assembly)
+        check_free(assembly)
         if recipe.get("plan") == "box":
             raise NotApplicable("a closed plan: its rear wall holds the side walls, which the closed forms leave free")
         staggering = recipe.get("staggering")
@@ -182,7 +184,8 @@ class Facade:
             "length": recipe["length"], "thickness": thickness,
             "courses": recipe["courses"] - int(recipe.get("base") == "course"),  # a held bottom course is the ground
             "course_height": recipe["unit_height"], "staggering": staggering,
-            "unit_weight": recipe["density"] * GRAVITY, "side_walls": len(returns),
+            "unit_weight": changes["unit_weight"] if "unit_weight" in changes else unit_density(assembly) * GRAVITY,
+            "side_walls": len(returns),
             "friction": changes["friction"] if "friction" in changes else bed_friction(assembly),
         }
         if returns:

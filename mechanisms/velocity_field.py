@@ -92,7 +92,7 @@ def above(assembly: Assembly, level: float) -> Flags:
 
 
 def rocking_twists(
-    assembly: Assembly, loads: Loads, level: float, crack: Callable[[float], float] | None = None
+    assembly: Assembly, loads: Loads, level: float, crack: Callable[[float], float]
 ) -> Array:
     """Return the twists of mechanisms A and B: facade and wedges turn about the toe line at a level.
 
@@ -104,7 +104,7 @@ def rocking_twists(
     assembly : a built wall
     loads : on it, out of plane
     level : of the hinge, z [m]
-    crack : distance of the crack from the outer face [m] at a level z [m]; None for no side walls
+    crack : distance of the crack from the outer face [m] at a level z [m]
 
     Raises
     ------
@@ -124,7 +124,7 @@ def rocking_twists(
         if moving[k] and block.name.startswith(("return", "beam-")):
             corner = block.bounds[0, 1] <= slack  # a unit that reaches the outer face belongs to the facade
             y, z = assembly.centroids[k, 1:]
-            moving[k] = corner or (crack is not None and y <= crack(min(z, recipe["height"])) + slack)
+            moving[k] = corner or y <= crack(min(z, recipe["height"])) + slack
     toe = 0.0 if sense < 0 else thickness
     return rotation(assembly, moving, (0.0, toe, level), (-float(sense), 0.0, 0.0))
 

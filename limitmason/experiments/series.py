@@ -85,16 +85,18 @@ def series_notes(series: str, table: MeasuredTable, inputs: Iterable[str]) -> li
     table : whose specimens are asked for
     inputs : names of the measured inputs, which close what the sources leave open
     """
-    names = list(dict.fromkeys(table.column("specimen")))
-    said = Counter(sentence for name in names for sentence in registry.load(series, name).assumptions)
-    notes = [s if k == len(names) else f"{s} (For {k} of the specimens.)" for s, k in said.items()]
+    cases = [registry.load(series, name) for name in dict.fromkeys(table.column("specimen"))]
+    said = Counter(sentence for case in cases for sentence in case.assumptions)
     given = set(inputs)
-    for name, values in registry.load(series, names[-1]).open_options.items():
-        # words, such as a bond, are no inputs that could be measured
-        if name not in given and all(isinstance(v, float) for v in values):
-            notes.append(f"The sources leave {name} open ({min(values):g} to {max(values):g}); no measured input of "
-                         "that name is given, so it is taken as exact.")
-    return notes
+    left_open: Counter[str] = Counter()
+    for case in cases:
+        for name, values in case.open_options.items():
+            # words, such as a bond, are no inputs that could be measured
+            if name not in given and all(isinstance(v, float) for v in values):
+                left_open[f"The sources leave {name} open ({min(values):g} to {max(values):g}); no measured input of "
+                          "that name is given, so it is taken as exact."] += 1
+    sentences = [*said.items(), *left_open.items()]
+    return [s if k == len(cases) else f"{s} (For {k} of the specimens.)" for s, k in sentences]
 
 
 def packaged_table(series: str) -> MeasuredTable:

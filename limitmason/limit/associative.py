@@ -188,9 +188,9 @@ def _attempted(
     spent += seconds
     if unknown and falling is not None and len(solution.velocity) and not check_dead_load:
         # what was asked is whether any multiplier carries it: the program's own motion, on which no live load works
-        own = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, solution.velocity)
-        if _falls(own[0]):
-            return _Attempt(own[0], f"{solution.solver}: {own[0].status}", stands, spent + own[1])
+        own, seconds = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, solution.velocity)
+        if _falls(own):
+            return _Attempt(own, f"{solution.solver}: {own.status}", stands, spent + seconds)
     prediction, seconds = prediction_from(scaled, solution, bool(torsion), details, tolerance, stands, falling)
     return _Attempt(prediction, f"{solution.solver}: {prediction.status}", stands, spent + seconds)
 

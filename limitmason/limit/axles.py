@@ -108,9 +108,8 @@ def axle_envelope(
     Static positions, no impact; fill passes load on and resists nothing, which is on the safe side for most arches.
     """
     axles = read_list("axles", axles)
-    if any(np.shape(axle) != (2,) for axle in axles):
-        raise InputError("axles: give pairs of a place behind the first [m] and a load above 0 [N]")
-    train = [(finite("axles", x), finite("axles", p)) for x, p in axles]
+    pairs = all(np.shape(axle) == (2,) for axle in axles)
+    train = [(finite("axles", x), finite("axles", p)) for x, p in axles] if pairs else []
     if not train or not all(p > 0.0 for _, p in train):
         raise InputError("axles: give pairs of a place behind the first [m] and a load above 0 [N]")
     finite("level", level)
@@ -118,7 +117,9 @@ def axle_envelope(
         raise InputError("loads: the axles are the live load; give the others with case='dead'")
     strips = extrados(assembly)
     if positions is None and strips:
-        start, end = strips[0].start, max(s.end for s in strips) + max(x for x, _ in train)
+        # an axle before the first, of a place below zero, comes onto the extrados earlier
+        behind = [x for x, _ in train]
+        start, end = strips[0].start + min(behind), max(s.end for s in strips) + max(behind)
         positions = np.linspace(start, end, POSITIONS)
     places = np.atleast_1d(numbers("positions", [] if positions is None else positions))
     if places.ndim != 1 or not np.isfinite(places).all():

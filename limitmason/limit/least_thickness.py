@@ -1,6 +1,7 @@
 """The least thickness at which an arch, a dome or a vault can stand."""
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -36,7 +37,7 @@ def minimum_thickness(
     -------
     Range
         Low end at which it is proven to fall by a motion, and high end at which forces carry it [m]. The low end is 0
-        where it stands at the smaller thickness given.
+        where it stands at the smaller thickness given, or where no fall is proven.
 
     Raises
     ------
@@ -55,9 +56,9 @@ def minimum_thickness(
     thin, thick = (finite("between", t) for t in between)
     if not 0.0 < thin < thick:
         raise InputError(f"between must be a small and a larger thickness [m], got {between!r}")
-
     positive("accuracy", accuracy)
 
+    @cache  # the thick end is asked for twice
     def margin(thickness: float) -> Margin:
         """Margin of the structure of a thickness [m] under its dead load."""
         assembly = instance("build", build(thickness), Assembly)

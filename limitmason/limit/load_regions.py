@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -184,7 +185,6 @@ class _Support:
     ----------
     problem : with the live loads in units of ``unit``
     unit : multiplier at which a live load is as large as the dead load [-], shape (k,)
-    solved : programs solved so far
     opening : a motion that opens all joints, as twists, or nothing where there is none; None until it is asked for
     """
 
@@ -203,7 +203,6 @@ class _Support:
         self.live, self.dead, self.assembly = live, dead, assembly
         scaled = live * self.unit[:, None, None]
         self.problem = make_problem(assembly, Loads(dead.dead, scaled[0]), cases=scaled[1:], **model)
-        self.solved = 0
         self.opening: tuple[Array, ...] | None = None
 
     def __call__(self, direction: Array, within: Array | None) -> _Farthest:
@@ -214,7 +213,6 @@ class _Support:
         direction : of the multipliers [-], shape (k,)
         within : their largest sizes [-], shape (k,); None for no limit
         """
-        self.solved += 1
         status = ""
         for p in (self.problem, balanced(self.problem)):
             scale = self.unit * p.live_scale  # multiplier = scaled multiplier * scale
@@ -290,9 +288,12 @@ class _Support:
 
 def _names(cases: Sequence[Loads]) -> tuple[str, ...]:
     """Name of every load case, no two alike: axes and columns go by it."""
-    told = [c.name or f"case {k}" for k, c in enumerate(cases)]
-    before = [told[:k].count(name) for k, name in enumerate(told)]
-    return tuple(f"{name} ({n + 1})" if n else name for name, n in zip(told, before, strict=True))
+    names: list[str] = []
+    for k, case in enumerate(cases):
+        name = case.name or f"case {k}"
+        numbered = (f"{name} ({n})" for n in itertools.count(2))
+        names.append(next(one for one in itertools.chain([name], numbered) if one not in names))
+    return tuple(names)
 
 
 def _closed(
@@ -302,14 +303,14 @@ def _closed(
 
     It asks ``support`` for the farthest point and half-plane along directions from the inner set (hull of the points
     found) to corners of the outer one (all half-planes together). It ends when the gap over the size is at most
-    ``tolerance``, no direction is new, or more than ``most`` programs would be needed.
+    ``tolerance``, no direction is new, or more than ``most`` programs beside those along the axes would be needed.
 
     Parameters
     ----------
     names : of the loads
     tolerance : largest distance of an outer corner from the inner set, over the diameter of that [-]
     within : largest sizes of the multipliers [-], shape (k,), or None
-    most : programs at most
+    most : programs at most, beside those along the axes
     """
     k = len(names)
     axes = [sign * np.eye(k)[i] for i in range(k) for sign in (1.0, -1.0)]
@@ -334,29 +335,27 @@ def _closed(
         )
     if within is not None:
         planes += [HalfPlane(d, float(within @ np.abs(d)), None) for d in axes]
-    corners = [found.multipliers for found in first]
-    forces = [found.forces for found in first if found.forces is not None]
+    carried = [(found.multipliers, found.forces) for found in first if found.forces is not None]
     asked: list[Array] = []
     while True:
-        inner = np.array(corners)
+        inner = np.array([multipliers for multipliers, _ in carried])
         # distances are measured over the extents of the inner set, so that no case drowns another
         extent = np.maximum(np.ptp(inner, axis=0), FLAT * support.unit)
         outwards, gap = _outwards(inner, planes, extent, tolerance)
         fresh = [d for d in outwards if not any(np.linalg.norm(d - old) < SAME_DIRECTION for old in asked)]
-        if gap <= tolerance or not fresh or support.solved + len(fresh) > most:
+        if gap <= tolerance or not fresh or len(asked) + len(fresh) > most:
             break
         for d in fresh:
             asked.append(d)
             found = support(d, within)
             if found.forces is not None:
-                corners.append(found.multipliers)
-                forces.append(found.forces)
+                carried.append((found.multipliers, found.forces))
             if found.half_plane is not None:
                 planes.append(found.half_plane)
-    keep = extreme_points(np.array(corners) / extent)
+    keep = extreme_points(inner / extent)  # no corner has come since: the search ends before it asks
     return LoadRegion(
-        names=names, status="closed" if gap <= tolerance else "not closed", corners=np.array(corners)[keep],
-        forces=tuple(forces[i] for i in keep), outside=tuple(planes), gap=gap, within=limits,
+        names=names, status="closed" if gap <= tolerance else "not closed", corners=inner[keep],
+        forces=tuple(carried[i][1] for i in keep), outside=tuple(planes), gap=gap, within=limits,
     )
 
 
@@ -372,7 +371,8 @@ def _outwards(inner: Array, planes: list[HalfPlane], extent: Array, tolerance: f
     extent : multipliers that distances are measured by [-], shape (k,)
     tolerance : part of the diameter up to which a corner does not stand out [-]
     """
-    size = float(np.linalg.norm(np.ptp(inner / extent, axis=0)))
+    # of a set that is a point but for rounding, as a cone without rays, the extents themselves are the measure
+    size = max(float(np.linalg.norm(np.ptp(inner / extent, axis=0))), 1.0)
     normal, offset = np.array([p.normal for p in planes]) * extent, np.array([p.offset for p in planes])
     far = corners_of_half_spaces(normal, offset, inner / extent)
     foot = np.array([nearest_in_hull(inner / extent, w) for w in far])  # of every outer corner on the inner set

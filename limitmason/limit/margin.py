@@ -111,14 +111,17 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
 
     Returns
     -------
-    Range from the last value that is proven to stand to the first that is proven to fall: infinite if ``far`` stands.
+    Range from the last value that is proven to stand to the first that is proven to fall: infinite if ``far`` stands,
+    or if neither it nor a value before it is proven to fall.
     """
     low, high = margin(far)
     if low >= 0.0:
         return Range(far, math.inf)
     # two ends, True where it stands and False where it falls: their values, and the margin that proves it
     ends = {True: safe, False: far}
-    values = {True: max(margin(safe).low, LEAST_MARGIN), False: high}
+    # where it is not proven that ``far`` falls, the least margin that there is serves to begin with
+    values = {True: max(margin(safe).low, LEAST_MARGIN), False: high if high < 0.0 else -1.0}
+    falls = high < 0.0  # whether the end at which it falls is proven
     last = None  # whether it stood at the trial before
     for trial in range(MOST_TRIALS):
         gap, unit = ends[False] - ends[True], max(1.0, abs(ends[True]))
@@ -134,13 +137,15 @@ def last_standing(margin: Callable[[float], Margin], safe: float, far: float, ac
         low, high = margin(at)
         if not (low >= 0.0 or high < 0.0):  # the bounds lie on either side of zero, or there are none
             _close_in(margin, at, ends, accuracy * unit)
+            falls = falls or ends[False] != far
             break
         stands = low >= 0.0
         if stands == last:  # the other end has stayed twice: Illinois
             values[not stands] *= 0.5
         # a margin of zero would hold the secant at this end
         ends[stands], values[stands], last = at, max(low, 0.01 * LEAST_MARGIN) if stands else high, stands
-    return Range(ends[True], ends[False])
+        falls = falls or not stands
+    return Range(ends[True], ends[False] if falls else math.inf)
 
 
 def _close_in(margin: Callable[[float], Margin], at: float, ends: dict[bool, float], step: float) -> None:

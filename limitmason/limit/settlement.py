@@ -169,8 +169,7 @@ def least_reaction(
     if single:
         prediction = whole_limit_analysis(guided, settling, check_dead_load=False, **options)
     else:
-        in_plane = options.get("in_plane") not in (False,)
-        across = guides_across(guided, settling, seen[None], assembly.held[i], in_plane=in_plane)
+        across = guides_across(guided, settling, seen[None], assembly.held[i], options.get("in_plane"))
         cases = np.zeros((len(across), *dead.shape))
         cases[:, i] = total * across[:, 0] * unit
         prediction = largest_multiplier(guided, settling, cases, **options)
@@ -218,7 +217,7 @@ def _with_reaction(prediction: Prediction, total: float, unit: str) -> Predictio
     )
 
 
-def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, in_plane: bool) -> Array:
+def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, in_plane: bool | None) -> Array:
     """Unit wrenches that guide freed blocks and do no work on their motion, (k, b, 6).
 
     With these as free loads, blocks that are free in all ways can follow the motion ``seen`` only.
@@ -228,13 +227,13 @@ def guides_across(guided: Assembly, loads: Loads, seen: Array, held: Flags, *, i
     guided, loads : the model with these blocks free, and the loads by which its plane is found
     seen : motion of every block, turns as displacements at a size, shape (b, 6)
     held : degrees of freedom in which they are guided at all, shape (6,)
-    in_plane : whether motions out of the model's plane are left out, where it has one
+    in_plane : False keeps motions out of the model's plane; else they are left out where it has one
 
     Returns
     -------
     Wrenches, moments over that size, normal to each other [-]; k is one less than the guided freedoms of the b blocks.
     """
-    plane = find_plane(guided, loads) if in_plane else None
+    plane = find_plane(guided, loads) if in_plane is None or in_plane else None
     basis = degrees_of_freedom(guided, plane)[0].T
     basis = np.array([row for row in basis if held[np.abs(row) > ALONG].all()])
     # rows after the first of a single row's right singular vectors: all that is normal to it

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence, Sized
 from dataclasses import dataclass
-from functools import partial
 from typing import Any, NamedTuple
 
 from limitmason.answers.results import Prediction, Status
@@ -168,10 +167,15 @@ def strengthen(
     known: dict[frozenset[str], tuple[float, ...]] = {}
     before, bound = values(())[0], values(list(ties))[0]
     alone = {name: values([name])[0] for name in ties}
-    chosen = _one_by_one(values, list(ties), most, math.inf if target is None else target, least_gain)
+    wanted = math.inf if target is None else target
+
+    def enough(names: Sequence[str]) -> bool:
+        """Whether the smallest multiplier with the ties of these names reaches the target."""
+        return values(names)[0] >= wanted
+
+    chosen = _one_by_one(values, list(ties), most, wanted, least_gain)
     fewest = None
     if target is not None and bound >= target:
-        enough = partial(_enough, values, target)
         # greedy steps may end below a target that all ties together reach: then drop ties from all of them
         if not enough(chosen) and (other := _without_the_idle(enough, list(ties))) and len(other) <= most:
             chosen = other
@@ -212,11 +216,6 @@ def _one_by_one(
         chosen.append(best)
         now = trials[best]
     return chosen
-
-
-def _enough(values: Callable[[Sequence[str]], tuple[float, ...]], target: float, names: Sequence[str]) -> bool:
-    """Whether the smallest multiplier of ``values`` for these ties reaches the target."""
-    return values(names)[0] >= target
 
 
 def _without_the_idle(enough: Callable[[Sequence[str]], bool], names: list[str]) -> list[str]:

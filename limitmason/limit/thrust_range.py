@@ -77,8 +77,8 @@ def thrust(
     ----------
     assembly : with the support held
     support : a held block by name or number, or several
-    cut : joints by name, "voussoir-10|voussoir-11", as ``assembly.joint_names`` lists them; the thrust is what the
-        first blocks exert on the second ones. Give either support or cut
+    cut : joints by name, "voussoir-10|voussoir-11", as ``assembly.joint_names`` lists them, each with all its faces;
+        the thrust is what the first blocks exert on the second ones. Give either support or cut
     direction : d; by default horizontal, from the middle of the free blocks to that of the support, or of the cut from
         its first blocks to the second
     loads : dead loads; self weight by default
@@ -110,9 +110,10 @@ def thrust(
     if loads.live.any():
         raise InputError("loads: a thrust is asked of dead loads; give them with case='dead'")
     if cut:
-        joints = [_joint(assembly, name) for name in ([cut] if isinstance(cut, str) else cut)]
-        if len(set(joints)) < len(joints):
-            raise InputError(f"cut: a joint is named twice in {', '.join(cut)}")
+        names = [cut] if isinstance(cut, str) else cut
+        if len(set(names)) < len(names):
+            raise InputError(f"cut: a joint is named twice in {', '.join(names)}")
+        joints = [k for name in names for k in _joints(assembly, name)]
         first, second = ([getattr(assembly.interfaces[k], f"block_{s}") for k in joints] for s in "ab")
         between = assembly.centroids[second].mean(axis=0) - assembly.centroids[first].mean(axis=0)
     else:
@@ -141,12 +142,15 @@ def thrust(
     return Thrust(float(least), float(greatest), d, (low, high))
 
 
-def _joint(assembly: Assembly, name: str) -> int:
-    """Number of the joint of a name, such as "voussoir-10|voussoir-11"."""
+def _joints(assembly: Assembly, name: str) -> list[int]:
+    """Numbers of the joints of a name, such as "voussoir-10|voussoir-11".
+
+    Two blocks that touch at several faces have a joint of the same name at each.
+    """
     if name not in assembly.joint_names:
         near = [n for n in assembly.joint_names if str(name).partition("|")[0] in n.split("|")][:3]  # a few examples
         raise InputError(f"cut: there is no joint {name!r}" + (f"; did you mean {', '.join(near)}?" if near else ""))
-    return assembly.joint_names.index(name)
+    return [k for k, known in enumerate(assembly.joint_names) if known == name]
 
 
 def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, options: dict[str, Any]) -> Prediction:
@@ -168,7 +172,9 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
     """
     n, m = assembly.n_blocks, len(joints)
     behind = [assembly.interfaces[k].block_b for k in joints]
-    names = [f"cut {assembly.joint_names[k]}" for k in joints]
+    # no two blocks may be called alike: joints of one name are told apart by their numbers
+    alike = [assembly.joint_names.count(assembly.joint_names[k]) > 1 for k in joints]
+    names = [f"cut {assembly.joint_names[k]}{f' {k}' if a else ''}" for k, a in zip(joints, alike, strict=True)]
     plates = tuple(replace(assembly.blocks[b], name=name) for b, name in zip(behind, names, strict=True))
     interfaces = list(assembly.interfaces)
     for plate, k in enumerate(joints):
@@ -193,7 +199,6 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
 
     seen = np.tile([*d, 0.0, 0.0, 0.0], (m, 1))
     cutting = Loads(dead, pairs(seen / m), f"thrust through {', '.join(assembly.joint_names[k] for k in joints)}")
-    in_plane = options.get("in_plane") not in (False,)
-    across = guides_across(made, cutting, seen, np.ones(6, dtype=bool), in_plane=in_plane)
+    across = guides_across(made, cutting, seen, np.ones(6, dtype=bool), options.get("in_plane"))
     found = largest_multiplier(made, cutting, pairs(across), **options)
     return replace(found, method=cutting.name, collapse_multiplier=found.collapse_multiplier * total)

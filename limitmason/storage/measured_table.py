@@ -14,7 +14,7 @@ from typing import Any
 from limitmason.checks import several
 from limitmason.errors import InputError
 from limitmason.storage.csv_table import UNITS, Parsed, Tabular, parsed, write_table
-from limitmason.storage.files import named_path
+from limitmason.storage.files import named_path, read_text
 
 BEYOND = {">": "above", "<": "below"}
 """Where a value lies that was not reached, by the sign before the number in its cell."""
@@ -109,11 +109,7 @@ def read_measured(path: str | Path, *, blanks: bool = False) -> MeasuredTable:
     InputError
         Naming row, column and unit of what is wrong.
     """
-    path = named_path(path)
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: the file is not UTF-8 text ({error.reason} at byte {error.start})") from None
+    text = read_text(path)
     wanted = (f"{path}: a row of column names, a line of units ({UNITS}m,kN,-) and rows of values are needed; "
               "`limitmason diagnose --template FILE` writes a file to start from")
     try:

@@ -208,3 +208,10 @@ def test_extended_model_lies_below_the_first():
             for options in (MODELS["first"], MODELS["extended"])
         )
         assert extended < first
+
+
+def test_cracks_by_a_diagonal_strength_of_nothing_are_refused_by_name():
+    """It was a ZeroDivisionError."""
+    test = experiments.load("modern-walls", "189", ft=0.0, cracks="diagonal strength")
+    with pytest.raises(InputError, match=r"modern-walls/189: ft of cracks must be positive \[MPa\], got 0"):
+        test.assembly()

@@ -9,6 +9,8 @@ from every_case import ratio_span, references_for
 from every_case.__main__ import main
 
 import limitmason as lm
+from limitmason.experiments.series import series_notes
+from limitmason.storage.measured_table import MeasuredTable
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 FERRIS, MINHO, WALLETTE = "ferris-tin-loi-2001", "minho-dry-stone-2005-2009", "rondelet-wallette"
@@ -120,3 +122,13 @@ def test_documented_orders_hold_and_every_dem_answer_outside_has_its_explanation
             assert float(row["value"]) <= upper * (1 + 1e-5), case
             pairs += 1
     assert pairs >= 20
+
+
+def test_what_sources_leave_open_is_said_of_every_specimen_whatever_their_order():
+    """Force height is open for SW walls, friction for WS walls: the last specimen alone was asked before."""
+    for names in (("WS1.100", "SW.30.1"), ("SW.30.1", "WS1.100")):
+        table = MeasuredTable("walls", {"specimen": "-"}, {"specimen": names}, (1, 2))
+        left_open = [note for note in series_notes(MINHO, table, ()) if "leave" in note]
+        assert sorted(note.split()[3] for note in left_open) == ["force_height", "friction"]
+        assert all(note.endswith("(For 1 of the specimens.)") for note in left_open)
+        assert not [note for note in series_notes(MINHO, table, ("friction", "force_height")) if "leave" in note]

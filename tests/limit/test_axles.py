@@ -155,3 +155,15 @@ def test_the_command_draws_the_envelope(tmp_path, capsys):
     assert main([*said, "--figure", str(tmp_path / "axles.png")]) == 0
     assert "smallest multiplier" in capsys.readouterr().out
     assert (tmp_path / "axles.png").exists()
+
+
+@pytest.mark.slow
+def test_a_train_may_be_placed_by_any_of_its_axles(monkeypatch):
+    """With the second as the first, the axle before it is on the bridge 1.5 m earlier: it was passed over before."""
+    monkeypatch.setattr("limitmason.limit.axles.POSITIONS", 8)
+    arch = bridge(7, thickness=0.15)
+    train = [(0.0, 2e4), (1.5, 1e3)]
+    found = lm.axle_envelope(arch, lm.Loads.weight(arch), train, level=LEVEL)
+    other = lm.axle_envelope(arch, lm.Loads.weight(arch), [(x - 1.5, p) for x, p in train], level=LEVEL)
+    assert other.positions == pytest.approx(found.positions - 1.5)
+    assert other.multipliers == pytest.approx(found.multipliers, rel=1e-6)

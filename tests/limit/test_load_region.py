@@ -10,6 +10,8 @@ import pytest
 import limitmason as lm
 from limitmason.errors import InputError
 from limitmason.geometry import box
+from limitmason.limit import load_regions
+from limitmason.limit.program.clarabel_solver import solve_static
 
 MU = math.tan(math.radians(35.0))
 
@@ -227,3 +229,27 @@ def test_a_joint_that_crushes_has_no_direction_without_end():
     found = lm.load_region(model, weight, loads)
     assert found.corners[:, 1].max() == pytest.approx(19.0, rel=1e-6)
     assert found.cone == pytest.approx(np.array([[1.0, 0.0]]), abs=1e-6)
+
+
+def test_what_is_asked_beside_the_axes_is_counted_without_them():
+    """Six programs close the parallelogram, after two along each axis: these were counted among them before."""
+    model = block()
+    dead, cases = lm.Loads.weight(model), two_pushes(model)
+    found = [lm.load_region(model, dead, cases, tolerance=1e-6, most=most).status for most in (5, 6)]
+    assert found == ["not closed", "closed"]
+
+
+def test_a_name_that_looks_like_a_numbered_one_is_told_apart_too():
+    model = block()
+    cases = [push(model, f, name=name) for f, name in (([1, 0, 0], "p"), ([0, 0, -1], "p (2)"), ([0, 1, 0], "p"))]
+    assert lm.load_region(model, lm.Loads.weight(model), cases, most=0).names == ("p", "p (2)", "p (3)")
+
+
+def test_limits_on_a_bounded_region_cost_no_search_for_its_directions_without_end(monkeypatch):
+    """The cone is its tip alone: 252 programs went after the rounding of the solver there before."""
+    solved = []
+    monkeypatch.setattr(load_regions, "solve_static", lambda *a, **k: solved.append(1) or solve_static(*a, **k))
+    model = block()
+    found = lm.load_region(model, lm.Loads.weight(model), two_pushes(model), within=0.2)
+    assert (found.status, len(found.cone)) == ("closed", 0)
+    assert len(solved) < 30

@@ -303,3 +303,12 @@ def test_wrong_options_are_named():
         analyse(wall, search="exhaustive")
     with pytest.raises(ValueError, match="torsion_limit"):
         analyse(wall, torsion_limit=True)
+
+
+def test_a_solver_is_named_where_it_was_used_alone():
+    """With psi = phi there is no search: HiGHS was named, and its paper cited, all the same."""
+    for joint, named in ((lm.Joint(33.0, dilatancy_angle_deg=33.0), "clarabel"), (lm.Joint(33.0), "clarabel, HiGHS")):
+        wall = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=joint)
+        found = lm.limit_analysis(wall, lm.Loads.horizontal(wall, (1, 0, 0)), "non-associative", search="quick")
+        assert found.provenance["solver"] == named
+        assert ("HiGHS" in str(found.cite())) == ("HiGHS" in named)

@@ -8,8 +8,9 @@ from walls import corner, running_bond, stack
 
 import limitmason as lm
 from limitmason.cli import main
-from limitmason.limit.nonassociative import force_program, ordered_search
+from limitmason.limit.nonassociative import analysis, force_program, ordered_search
 from limitmason.limit.nonassociative.force_program import ForceProgram
+from limitmason.limit.nonassociative.search import search_smallest
 from limitmason.methods import predict_cases
 
 
@@ -203,3 +204,19 @@ def test_the_command_line_tells_stages_and_takes_search_and_time_limit(tmp_path,
     assert "time_limit must be positive" in capsys.readouterr().err
     assert main(["solve", str(file), "--search", "quick"]) == 2
     assert "--search is not used by associative" in capsys.readouterr().err
+
+
+def test_the_search_with_a_little_dilatancy_ends_with_the_time_too(monkeypatch):
+    """It began before the limit and went on to its end before: 17 s more on a wall of 924 points."""
+    given = []
+
+    def stopped(*arguments, **options):
+        given.append(options)
+        return search_smallest(*arguments, **options)._replace(stopped=True)
+
+    monkeypatch.setattr(analysis, "search_smallest", stopped)
+    found, _ = searched(running_bond(2, 2), (1, 0, 0), search="quick", time_limit=600.0, prove=False, measure_jump=True)
+    assert given[0]["deadline"] < np.inf
+    # what was found until then may lie high, and is no jump
+    assert np.isnan(found.details["at_small_dilatancy"])
+    assert not any("jump" in warning for warning in found.warnings)

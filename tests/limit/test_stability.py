@@ -2,6 +2,7 @@
 
 import math
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from limitmason import formats
 from limitmason.cli import main
 from limitmason.errors import InputError
 from limitmason.geometry import box
+from limitmason.limit.margin import Margin, last_standing
 
 PHI = 35.0
 
@@ -256,3 +258,30 @@ def test_the_command_says_it_too(tmp_path, capsys):
     told = capsys.readouterr().out
     assert "can stand" in told
     assert (tmp_path / "two.png").exists()
+
+
+def test_a_cut_goes_through_all_faces_at_which_two_blocks_touch():
+    """A beam on two posts: W / 3 to 2 W / 3, also on a post touched at two faces; 0 to 0.56 W was said before."""
+    posts = [box((x, 0, 0), (x + 1, 1, 1)) for x in (0, 3)]
+    beam = lm.Assembly.from_polyhedra(
+        [*posts, box((0, 0, 1), (4, 1, 2))], joint=lm.Joint(PHI), fixed=[0, 1], names=["left", "right", "beam"]
+    )
+    whole, right = beam.interfaces
+    x = whole.polygon[:, :1]
+    faces = [
+        replace(whole, polygon=np.hstack([np.clip(x, low, low + 0.4), whole.polygon[:, 1:]])) for low in (0.0, 0.6)
+    ]
+    parted = beam.with_interfaces([*faces, right])
+    assert parted.joint_names == ("left|beam", "left|beam", "right|beam")
+    for wall in (beam, parted):
+        found = lm.thrust(wall, cut="left|beam", direction=(0, 0, 1))
+        assert (found.least, found.greatest) == pytest.approx((wall.weights[2] / 3, 2 * wall.weights[2] / 3), rel=1e-6)
+
+
+@pytest.mark.parametrize(("known", "high"), [(1.9, 1.5), (1.4, math.inf)])
+def test_an_end_at_which_nothing_is_proven_is_no_proof_of_a_fall(known, high):
+    """The margin is 1.5 - x as far as it is known: far = 2 was said to be proven to fall before, and 1 to stand."""
+    nothing = Margin(math.nan, math.nan)
+    found = last_standing(lambda x: Margin(1.5 - x, 1.5 - x) if x <= known else nothing, 1.0, 2.0, accuracy=1e-6)
+    assert found.high == pytest.approx(high, abs=2e-6)
+    assert min(1.5, known) - 0.1 < found.low <= min(1.5, known)

@@ -8,6 +8,7 @@ from facades import JOINT, MU, associative, built, outwards
 
 import limitmason as lm
 import mechanisms as me
+from limitmason.errors import NotApplicable
 from mechanisms.velocity_field import ESTIMATE_INADMISSIBLE, UPPER
 
 
@@ -126,3 +127,22 @@ def test_prediction_survives_a_file(tmp_path):
     back = lm.formats.read_prediction(tmp_path / "a.json")
     assert back.details["power"] == rocking.details["power"]
     assert back.provenance["parameters"]["side_walls"] == 2
+
+
+def test_a_mechanism_asked_for_by_name_is_not_left_out_in_silence():
+    wall = built("straight")
+    _, skipped = me.catalogue(wall, outwards(wall), include=("simple rocking", "horizontal flexure"))
+    assert skipped == ("horizontal flexure left out: not a mechanism of this plan under this load",)
+    with pytest.raises(NotApplicable, match="compound rocking left out"):
+        me.catalogue(wall, outwards(wall), include="compound rocking")
+    assert me.catalogue(wall, outwards(wall))[1] == ()
+
+
+def test_a_wall_that_is_held_at_its_top_is_no_free_wall():
+    """It carries any push out of its plane, and 0.25 was said, the estimate of a free wall."""
+    wall = built(top_beam=0.2)
+    held = wall.with_supports([lm.Support.fixed("beam")])
+    assert lm.limit_analysis(held, outwards(held)).status == "unbounded"
+    with pytest.raises(NotApplicable, match="block 'beam' is held above the foot"):
+        me.catalogue(held, outwards(held))
+    assert me.smallest(wall, outwards(wall)).bound == UPPER

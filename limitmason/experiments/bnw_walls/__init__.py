@@ -13,16 +13,9 @@ import numpy as np
 from limitmason.answers.curve import Curve
 from limitmason.build import wall as running_wall
 from limitmason.errors import InputError
+from limitmason.experiments import source_folder
 from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.source_folder import (
-    names_in,
-    read_description,
-    read_options,
-    read_shown,
-    read_source,
-    read_table,
-)
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -39,7 +32,7 @@ NO_FRICTION = (
     "shear strength of the database, cohesion=0.25e6"
 )
 
-OPTIONS = read_options(NAME)
+OPTIONS = source_folder.read_options(NAME)
 
 ASSUMED: Mapping[str, Any] = {
     "kn": 30e9, "ks": 12e9, "poisson_ratio": 0.15, "unit_friction_deg": 35.0, "unit_tension": 0.2e6,
@@ -51,7 +44,7 @@ CRACK_STIFFNESS: Mapping[str, Any] = {"normal_stiffness": 2e11, "shear_stiffness
 """Of a closed crack in a unit [Pa/m]: it adds 6 % to the compliance of a unit of 3.1 GPa."""
 
 
-specimens = names_in(NAME, "walls.csv")
+specimens = source_folder.names_in(NAME, "walls.csv")
 """Names of the walls."""
 
 
@@ -63,16 +56,17 @@ def load(specimen: str, **options: Any) -> Experiment:
     specimen : "BNW1", "BNW2" or "BNW3"
     options : of the assembly, see ``OPTIONS``
     """
-    table = read_table(NAME, "walls.csv")
+    table = source_folder.read_table(NAME, "walls.csv")
     row = table.row(specimen)
     chosen = chosen_options(OPTIONS, options, NAME)
     if chosen["young_modulus"] is None:
         for name in ("poisson_ratio", "unit_strength", "unit_friction_deg", "unit_tension", "unit_cracks"):
             if chosen[name] is not None:
                 raise InputError(f"{NAME}: {name} is of units that deform: give young_modulus too, or leave it out")
-    said = read_description(NAME)
+    said = source_folder.read_description(NAME)
     return Experiment(
-        source=read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS, row=row,
+        source=source_folder.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
+        row=row,
         title=f"Hollow clay unit wall with mortar, cyclic, constant vertical stress {row['sigma0']} MPa",
         parameters={**table.quantities(row, said["quantities"]["parameters"]), "failure type": row["failure_type"]},
         measured=table.quantities(row, said["quantities"]["measured"]),
@@ -220,4 +214,4 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     )
 
 
-RECIPE = Recipe(specimens, load, assembly, loads, curve, read_shown(NAME), drive)
+RECIPE = Recipe(specimens, load, assembly, loads, curve, source_folder.read_shown(NAME), drive)

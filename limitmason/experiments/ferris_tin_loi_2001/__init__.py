@@ -3,16 +3,9 @@
 from typing import Any, NamedTuple
 
 from limitmason.build import layout
+from limitmason.experiments import source_folder
 from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.source_folder import (
-    names_in,
-    read_description,
-    read_options,
-    read_shown,
-    read_source,
-    read_table,
-)
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -21,7 +14,7 @@ NAME = "ferris-tin-loi-2001"
 BLOCK = (0.4, 0.175)  # length and height [m]; 4 x 1.75 units in the authors' model data
 ROUNDING = 0.020  # ends pulled in by LMGC90, UDEC and the rounded HybriDFEM column [m]
 
-OPTIONS = read_options(NAME)
+OPTIONS = source_folder.read_options(NAME)
 
 
 class Published(NamedTuple):
@@ -56,7 +49,7 @@ _NOTES = {
 }
 
 
-specimens = names_in(NAME, "walls.csv")
+specimens = source_folder.names_in(NAME, "walls.csv")
 """Names of the walls."""
 
 
@@ -68,8 +61,8 @@ def load(specimen: str, **options: Any) -> Experiment:
     specimen : "wall-1" to "wall-6"
     options : of the assembly, see ``OPTIONS``
     """
-    table = read_table(NAME, "walls.csv")
-    row, said = table.row(specimen), read_description(NAME)
+    table = source_folder.read_table(NAME, "walls.csv")
+    row, said = table.row(specimen), source_folder.read_description(NAME)
     chosen = chosen_options(OPTIONS, options, NAME)
     published, targets = {}, []
     for name, given in _PUBLISHED.items():
@@ -100,7 +93,8 @@ def load(specimen: str, **options: Any) -> Experiment:
         **table.quantities(row, said["quantities"]["parameters"]),
     }
     return Experiment(
-        source=read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS, row=row,
+        source=source_folder.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
+        row=row,
         title=f"Dry wall, {row['width']} block lengths x {row['n_courses']} courses, pushed sideways in its plane",
         parameters=parameters, published=published, recomputed=recomputed,
         assumptions=tuple(said["assumptions"]["always"]), targets=tuple(targets),
@@ -112,7 +106,7 @@ def rows_of(specimen: str) -> list[str]:
 
     A length is in block lengths, negative for an opening.
     """
-    courses = [r for r in read_table(NAME, "layouts.csv").rows if r["specimen"] == specimen]
+    courses = [r for r in source_folder.read_table(NAME, "layouts.csv").rows if r["specimen"] == specimen]
     return [r["pattern"] for r in sorted(courses, key=lambda r: int(r["course"]))]
 
 
@@ -140,4 +134,4 @@ def loads(test: Experiment, wall: Assembly, sense: float) -> Loads:
     return Loads.horizontal(wall, direction=(sense, 0.0, 0.0))
 
 
-RECIPE = Recipe(specimens, load, assembly, loads, shown=read_shown(NAME))
+RECIPE = Recipe(specimens, load, assembly, loads, shown=source_folder.read_shown(NAME))

@@ -15,19 +15,12 @@ import numpy as np
 
 from limitmason.answers.curve import Curve
 from limitmason.build import wall as running_wall
-from limitmason.checks import count
+from limitmason.checks import count, positive
 from limitmason.errors import InputError
+from limitmason.experiments import source_folder
 from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.modern_walls.inputs import complete, has_shear_span, inputs_of
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.source_folder import (
-    names_in,
-    read_description,
-    read_options,
-    read_shown,
-    read_source,
-    read_table,
-)
 from limitmason.mechanics.pier_strength import SLENDEREST
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -48,7 +41,7 @@ _UNIT_FRICTION = 45.0  # the same of a crack by the strength of the unit [deg]; 
 _UNIT_COHESION, _UNIT_TENSION = 0.06, 0.03  # of such a crack over the strength of the unit fb [-]; chosen
 _FITS = 0.05  # change of the length of a unit that needs no mention [-]; chosen
 
-OPTIONS = read_options(NAME)
+OPTIONS = source_folder.read_options(NAME)
 
 ENERGIES: Mapping[str, tuple[float, float]] = {"mortar": (0.02e-3, 0.12e-3), "crack": (0.04e-3, 0.4e-3)}
 """GfI / ft and GfII / c [m], assumed: about the middle of what tests of bond and units by van der Pluijm are reported
@@ -83,7 +76,7 @@ heads and the factor of the cracks are **fitted** to walls of this table: ``docs
 """
 
 
-specimens = names_in(NAME, "walls.csv")
+specimens = source_folder.names_in(NAME, "walls.csv")
 """Numbers of the walls in the database, "1" to "198"."""
 
 
@@ -95,8 +88,8 @@ def load(specimen: str, **options: Any) -> Experiment:
     specimen : its number in the database, for example "189"
     options : of the assembly, see ``OPTIONS``
     """
-    table, responses = read_table(NAME, "walls.csv"), read_table(NAME, "responses.csv")
-    row, names = table.row(specimen), read_description(NAME)["quantities"]
+    table, responses = source_folder.read_table(NAME, "walls.csv"), source_folder.read_table(NAME, "responses.csv")
+    row, names = table.row(specimen), source_folder.read_description(NAME)["quantities"]
     response = next((r for r in responses.rows if r["specimen"] == specimen), None)
     measured = {} if response is None else responses.quantities(response, names["measured"])
     chosen_for_it = chosen_options(OPTIONS, options, NAME)
@@ -119,7 +112,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     chosen = {name: inputs[key] for name, key in names["inputs"].items()}
     shown = {name: Quantity(one.value, one.unit, str(one)) for name, one in chosen.items()}
     return Experiment(
-        source=read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen_for_it,
+        source=source_folder.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen_for_it,
         option_table=OPTIONS, row=row, measured=measured, assumptions=tuple(assumptions),
         title=f"{row['test_unit']} of {row['campaign']}: {row['unit_type']}, {row['bed_joints']} bed joints, "
         f"head joints {row['head_joints'] or 'unknown'}; "
@@ -246,7 +239,7 @@ def crack_joint(test: Experiment) -> Joint:
         fb = 1e6 * value(test, "fb")
         friction_deg, cohesion, tension = _UNIT_FRICTION, _UNIT_COHESION * fb, _UNIT_TENSION * fb
     else:
-        ft, stress = 1e6 * value(test, "ft"), 1e6 * value(test, "sigma0")
+        ft, stress = 1e6 * positive(f"{test.name}: ft of cracks", value(test, "ft"), "MPa"), 1e6 * value(test, "sigma0")
         slenderness = min(max(float(test.row["H"]) / float(test.row["L"]), 1.0), SLENDEREST)
         friction_deg = _CRACK_FRICTION
         cohesion = options["crack_factor"] * ft / slenderness * math.sqrt(1.0 + stress / ft)
@@ -329,7 +322,7 @@ def curve(test: Experiment) -> Curve:
     InputError
         Where none was found; the message names the walls that have one.
     """
-    table = read_table(NAME, "envelopes.csv")
+    table = source_folder.read_table(NAME, "envelopes.csv")
     own = [r for r in table.rows if r["specimen"] == test.specimen and r["sense"] == "pos"]
     if not own:
         known = ", ".join(dict.fromkeys(r["specimen"] for r in table.rows))
@@ -342,4 +335,6 @@ def curve(test: Experiment) -> Curve:
     )
 
 
-RECIPE = Recipe(specimens, load, assembly, loads, curve, read_shown(NAME), drive, page="docs/measured-walls.md")
+RECIPE = Recipe(
+    specimens, load, assembly, loads, curve, source_folder.read_shown(NAME), drive, page="docs/measured-walls.md"
+)

@@ -10,16 +10,9 @@ from typing import Any
 from limitmason.build import wall as running_wall
 from limitmason.checks import count
 from limitmason.errors import InputError
+from limitmason.experiments import source_folder
 from limitmason.experiments.experiment import Experiment, Quantity, TargetValue, chosen_options, with_source
 from limitmason.experiments.recipe import Recipe
-from limitmason.experiments.source_folder import (
-    names_in,
-    read_description,
-    read_options,
-    read_shown,
-    read_source,
-    read_table,
-)
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -29,13 +22,13 @@ Corners = list[tuple[float, float, float]]
 NAME = "murano-u-walls"
 FORCE = 1e3  # live load [N]: the multiplier is the force of the airbag in kN
 
-OPTIONS = read_options(NAME)
+OPTIONS = source_folder.read_options(NAME)
 
 _BONDED = 2e6  # cohesion and tensile strength of bonded joints [Pa]: four and more times the mortar's
 _ROUNDING = 1e-6  # coordinates nearer than this are one [m]
 
 
-specimens = names_in(NAME, "walls.csv")
+specimens = source_folder.names_in(NAME, "walls.csv")
 """Both walls."""
 
 
@@ -47,7 +40,7 @@ def load(specimen: str, **options: Any) -> Experiment:
     specimen : "DS" or "REGW"
     options : of the assembly, see ``OPTIONS``
     """
-    table, said = read_table(NAME, "walls.csv"), read_description(NAME)
+    table, said = source_folder.read_table(NAME, "walls.csv"), source_folder.read_description(NAME)
     row, names = table.row(specimen), said["quantities"]
     chosen = chosen_options(OPTIONS, options, NAME)
     for name in ("header_courses", "header_positions"):
@@ -80,7 +73,8 @@ def load(specimen: str, **options: Any) -> Experiment:
             "The irregular dry wall is assumed to have the layout of the regular one, as its source did."
         )
     return Experiment(
-        source=read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS, row=row,
+        source=source_folder.read_source(NAME), specimen=specimen, recipe=RECIPE, options=chosen, option_table=OPTIONS,
+        row=row,
         title=f"Two-leaf U wall of {row['masonry']}, airbag behind the facade", assumptions=tuple(assumptions),
         parameters={**table.quantities(row, names["parameters"] | joint), "observed mechanism": row["observed"]},
         measured=table.quantities(row, names["measured"]),
@@ -199,4 +193,4 @@ def control_block(test: Experiment) -> int:
     return min(face, key=lambda i: (round(abs(float(wall.centroids[i, 0]) - middle), 6), float(wall.centroids[i, 0])))
 
 
-RECIPE = Recipe(specimens, load, assembly, loads, shown=read_shown(NAME))
+RECIPE = Recipe(specimens, load, assembly, loads, shown=source_folder.read_shown(NAME))

@@ -33,6 +33,12 @@ SETTLED = 1e-4
 FIRST_ROUNDS = 5
 """Rounds before which it is never taken as settled: chosen."""
 
+EXACT = 1e-10
+"""Violation of the true law at which the alternation stops [-]."""
+
+PUSH_ROUNDS = 25
+"""Most rounds of a push, which leads away from the law: chosen."""
+
 STALLED = 1e-8
 """Fall of theta lambda + gap in one round of the alternation below which a push has come to its end."""
 
@@ -48,8 +54,7 @@ class ConePrograms:
 
 
 def alternate(
-    programs: ConePrograms, state: ForceState, *, theta: float = 0.0, steps: int = 60, tolerance: float = 1e-10,
-    deadline: float = np.inf,
+    programs: ConePrograms, state: ForceState, *, theta: float = 0.0, steps: int = 60, deadline: float = np.inf
 ) -> ForceState | None:
     """Alternate programs of forces and of velocities on theta lambda + gap.
 
@@ -60,7 +65,6 @@ def alternate(
     state : near-admissible; only its velocities are used
     theta : weight of the multiplier [-]; above zero that is pushed down at the expense of the law
     steps : most rounds of two programs
-    tolerance : violation of the true law at which to stop [-]
     deadline : reading of ``time.perf_counter`` after which no further round begins
 
     Returns
@@ -93,7 +97,7 @@ def alternate(
             best, least = found, off
         stalled = k > FIRST_ROUNDS and abs(history[-1] - history[-1 - LAST_ROUNDS]) < SETTLED * history[-1]
         spent = theta > 0 and merit > last - STALLED * max(1.0, abs(last))  # the push lowers nothing more
-        if stalled or spent or (theta == 0 and off < tolerance) or time.perf_counter() > deadline:
+        if stalled or spent or (theta == 0 and off < EXACT) or time.perf_counter() > deadline:
             break
     return best
 
@@ -130,7 +134,7 @@ def complying_forces(
 
 def lower(
     programs: ConePrograms, state: ForceState, *, thetas: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1, 0.3),
-    steps: int = 25, tolerance: float = 1e-8, deadline: float = np.inf,
+    tolerance: float = 1e-8, deadline: float = np.inf,
 ) -> ForceState:
     """Lower the multiplier of an exact state by alternating cone programs.
 
@@ -141,7 +145,6 @@ def lower(
     ----------
     state : exact within ``tolerance``
     thetas : weights of the multiplier [-], tried in turn
-    steps : most rounds of a push
     tolerance : violation of the true law up to which a state counts [-]
     deadline : reading of ``time.perf_counter`` after which nothing further is tried
 
@@ -161,7 +164,7 @@ def lower(
     for theta in thetas:
         if time.perf_counter() > deadline:
             break
-        pushed = alternate(programs, best, theta=theta, steps=steps, deadline=deadline)
+        pushed = alternate(programs, best, theta=theta, steps=PUSH_ROUNDS, deadline=deadline)
         if time.perf_counter() > deadline:
             break
         # the way back to the law ends no lower than the push has gone: a push that is no lower is not worth it

@@ -159,17 +159,15 @@ def solve_nonassociative(
     associative = bool((problem.law.tan_psi >= problem.law.tan_phi - SAME_ANGLE).all())
     law = None if associative else joint_law(problem)
     upper = solve_associative(problem, tolerance=tolerance, check_dead_load=check_dead_load, verbose=verbose)
-    provenance = dict(
-        upper.provenance, flow_rule=str(FlowRule.NON_ASSOCIATIVE), seed=seed,
-        solver="clarabel" if problem.plane is None else "clarabel, HiGHS",
-        search="given" if effort is search else named,
-    )
+    # with the flow rule and the solver of the associative analysis, until a search begins
+    provenance = dict(upper.provenance, seed=seed, search="given" if effort is search else named)
     if law is None:
         # psi = phi: the two laws are one and the associative certificate, with its gap, says more
-        provenance["flow_rule"] = str(FlowRule.ASSOCIATIVE)
         return replace(upper, method=f"{METHOD} (psi = phi: associative)", provenance=provenance)
+    provenance["flow_rule"] = str(FlowRule.NON_ASSOCIATIVE)
     if upper.status not in (Status.SOLVED, Status.ALMOST_SOLVED, Status.UNBOUNDED):
         return replace(upper, method=METHOD, provenance=provenance, flow_rule=FlowRule.NON_ASSOCIATIVE)
+    provenance["solver"] = "clarabel" if problem.plane is None else "clarabel, HiGHS"
     low = radenkovic_lower(law, deadline)
     if proof_seconds is None:
         proof_seconds = PROOF_SECONDS[named]
@@ -298,22 +296,23 @@ def _around(
     out: dict[str, Any] = {"interval_at_mechanism": tuple(e * problem.live_scale for e in ends)}
     if jump and time.perf_counter() < deadline and (law.tan_psi[law.tan_phi > 0] == 0).any():
         with handed_on():
-            out["at_small_dilatancy"] = _at_small_dilatancy(problem, law, state, accuracy, limits)
+            out["at_small_dilatancy"] = _at_small_dilatancy(problem, law, state, accuracy, deadline, limits)
     return out
 
 
 def _at_small_dilatancy(
-    problem: Problem, law: JointLaw, state: ForceState, accuracy: float, limits: Array | None
+    problem: Problem, law: JointLaw, state: ForceState, accuracy: float, deadline: float, limits: Array | None
 ) -> float:
     """Smallest multiplier [-] of a short search with a little dilatancy, or NaN.
 
     Joints without dilatancy get tan(psi) = ``SMALL_DILATANCY`` tan(phi). Where the multiplier itself is proven this one
-    must be too: a search that ends high would feign a jump.
+    must be too: a search that ends high would feign a jump, and so would one that the deadline ends.
 
     Parameters
     ----------
     law, state : without dilatancy, in the order of the search
     accuracy : violation that counts as none [-]
+    deadline : of ``time.perf_counter``
     limits : bounds on velocities for a proof, shape (r,), or None for no proof
     """
     little = law._replace(tan_psi=np.where(law.tan_psi == 0, SMALL_DILATANCY * law.tan_phi, law.tan_psi))
@@ -322,16 +321,18 @@ def _at_small_dilatancy(
     effort = Effort(
         slopes=(0.1 * SMALL_DILATANCY,), mixings=(USUAL_MIXING,), random_starts=0, pushes=(), lower_each=False
     )
-    found = search_smallest(little, normal, effort=effort, accuracy=accuracy)
+    found = search_smallest(little, normal, effort=effort, accuracy=accuracy, deadline=deadline)
+    if found.stopped:
+        return float("nan")
     best = found.best
     if limits is not None:
-        near = Polisher(little, accuracy).exact_near(state)
+        near = Polisher(little, accuracy, deadline=deadline).exact_near(state)
         if exact(near, little, accuracy) and (best is None or near.multiplier < best.multiplier):
             best = near
         if best is None or best.multiplier > state.multiplier * (1.0 + JUMP):
             proof = prove_smallest(
-                PlanePrograms(little), best, limits, force_bound=FORCE_BOUND, time_limit=PROOF_SECONDS["quick"],
-                widenings=WIDENINGS,
+                PlanePrograms(little), best, limits, force_bound=FORCE_BOUND, widenings=WIDENINGS,
+                time_limit=max(min(PROOF_SECONDS["quick"], deadline - time.perf_counter()), 0.0),
             )
             best = proof.state if proof.proven else None
     return float("nan") if best is None else best.multiplier * problem.live_scale

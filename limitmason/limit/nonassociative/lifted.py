@@ -37,7 +37,7 @@ class LiftedBound(NamedTuple):
 
 def lifted_rows(programs: PlanePrograms) -> int:
     """Number of product rows, to judge the effort beforehand."""
-    _, first = sliding_groups(programs)
+    _, first, _ = sliding_groups(programs)
     m, n, g = programs.m, programs.n, len(first)
     return n * (n + g) + (3 * m + 2) * (m + 2 * g + 1)
 
@@ -52,9 +52,8 @@ def _program(programs: PlanePrograms, low: float, high: float) -> tuple[Array, s
     low, high : scaled multipliers that bound lambda [-]
     """
     law, m, n = programs.law, programs.m, programs.n
-    group, first = sliding_groups(programs)
+    group, first, spread = sliding_groups(programs)
     g = len(first)
-    spread = sparse.csr_array((np.ones(m), (np.arange(m), group)), shape=(m, g))
     nx, ny = 2 * m + 2, n + g
     eye, mu = sparse.eye_array(m), sparse.diags_array(law.tan_phi)
     nothing, void = sparse.csr_array((m, 1)), sparse.csr_array((m, m))

@@ -118,14 +118,17 @@ def _maxima(model: highspy.Highs, rows: Array, *, smallest: bool = False) -> Arr
     return out
 
 
-def sliding_groups(programs: PlanePrograms) -> tuple[Index, Index]:
-    """Group of every point (m,) and first point of every group (g,).
+def sliding_groups(programs: PlanePrograms) -> tuple[Index, Index, sparse.csr_array]:
+    """Group of every point (m,), first point of every group (g,), and both as a matrix.
 
-    Points on one line of action, as the two of a plane joint, share one sliding rate and one choice of its sign.
+    Points on one line of action, as the two of a plane joint, share one sliding rate and one choice of its sign. The
+    matrix, shape (m, g), is 1 where a point belongs to a group.
     """
     columns = np.round(programs.tangent.T.toarray(), SAME_LINE)
     _, first, group = np.unique(columns, axis=0, return_index=True, return_inverse=True)
-    return group.ravel(), first
+    m = len(columns)
+    spread = sparse.csr_array((np.ones(m), (np.arange(m), group.ravel())), shape=(m, len(first)))
+    return group.ravel(), first, spread
 
 
 class BoundedProgram:
@@ -140,17 +143,14 @@ class BoundedProgram:
 
     Attributes
     ----------
-    group, first : group of every point, (m,), and first point of every group, (g,), as of :func:`sliding_groups`
-    spread : 1 where a point belongs to a group, shape (m, g)
+    group, first, spread : groups of points that slide together, as of :func:`sliding_groups`
     limits : largest forces, slacks and rates
     """
 
     def __init__(self, programs: PlanePrograms, low: float, high: float, velocity: Array, force: float) -> None:
         """Bound every slack and rate of the law; arguments are those of the class."""
         self.programs, self.low, self.high = programs, low, high
-        self.group, self.first = sliding_groups(programs)
-        g, m = len(self.first), programs.m
-        self.spread = sparse.csr_array((np.ones(m), (np.arange(m), self.group)), shape=(m, g))
+        self.group, self.first, self.spread = sliding_groups(programs)
         self.limits = self._limits(velocity, force * programs.law.total / programs.unit)
 
     def _limits(self, velocity: Array, force: float) -> Limits:

@@ -33,6 +33,9 @@ THRESHOLDS = (1.0, 0.1, 10.0, 1e-2, 1e2, 1e-3, 1e-4)
 LOWER = 1e-9
 """Fall of the scaled multiplier that counts as one [-]: less is rounding."""
 
+EXACT = 1e-11
+"""Gap over the total load at which the alternation takes a state for exact [-]."""
+
 STALLED = 1e-10
 """Relative fall of theta lambda + gap in one round of the alternation below which it has come to its end."""
 
@@ -243,7 +246,6 @@ def alternate_plane(
     *,
     theta: float = 0.0,
     steps: int = 30,
-    tolerance: float = 1e-11,
     deadline: float = np.inf,
 ) -> ForceState | None:
     """Alternate force and velocity programs on theta lambda + gap, which never rises.
@@ -253,7 +255,6 @@ def alternate_plane(
     state : near-admissible; only its velocities are used
     theta : price of the multiplier [-]; 0 looks for the nearest exact state, a positive one descends
     steps : pairs of programs at most
-    tolerance : gap, over the total load, that counts as none [-]
     deadline : of ``time.perf_counter``
 
     Returns
@@ -273,7 +274,7 @@ def alternate_plane(
         best = ForceState(answer.multiplier, answer.force, velocity)
         gap = programs.gap(answer.force, velocity)
         merit = theta * answer.multiplier + gap
-        done = (theta == 0 and gap < tolerance) or merit > last - STALLED * max(1.0, abs(last))
+        done = (theta == 0 and gap < EXACT) or merit > last - STALLED * max(1.0, abs(last))
         if done or time.perf_counter() > deadline:
             break
         last = merit

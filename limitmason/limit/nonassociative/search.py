@@ -148,44 +148,40 @@ class Polisher:
         self.cones = ConePrograms(law, deadline)
         self.plane = PlanePrograms(law) if law.components == 2 else None
 
-    def exact_near(self, state: ForceState, deadline: float = np.inf) -> ForceState | None:
+    def exact_near(self, state: ForceState) -> ForceState | None:
         """Exact state near a given one, or the nearest that was found, or None.
 
-        In plane an exact state is then lowered further by :func:`descend`.
-
-        Parameters
-        ----------
-        state : near the law, as the sequential scheme leaves it
-        deadline : after which no further program begins
+        In plane an exact state is then lowered further by :func:`descend`. ``state`` is near the law, as the sequential
+        scheme leaves it.
         """
         if self.plane is None:
-            return alternate(self.cones, state, deadline=deadline)
-        found = polish(self.plane, state, deadline=deadline)
-        if time.perf_counter() > deadline:
+            return alternate(self.cones, state, deadline=self.deadline)
+        found = polish(self.plane, state, deadline=self.deadline)
+        if time.perf_counter() > self.deadline:
             return found or state
         # where linear programs do not reach the law, cone programs come nearer first
         if not exact(found, self.law, self.accuracy):
-            around = alternate(self.cones, state, deadline=deadline)
-            again = None if around is None else polish(self.plane, around, deadline=deadline)
+            around = alternate(self.cones, state, deadline=self.deadline)
+            again = None if around is None else polish(self.plane, around, deadline=self.deadline)
             found = again if exact(again, self.law, self.accuracy) else found or around
         if not exact(found, self.law, self.accuracy):
             return found
         lowered = descend(
             self.plane, found, rounds=ROUNDS + self.descents, tries=self.descents, random=self.random,
-            deadline=deadline,
+            deadline=self.deadline,
         )
         return lowered if exact(lowered, self.law, self.accuracy) else found
 
-    def push(self, state: ForceState, theta: float, deadline: float = np.inf) -> ForceState | None:
+    def push(self, state: ForceState, theta: float) -> ForceState | None:
         """Exact state after giving the multiplier a weight ``theta`` [-], or None.
 
         It may lie above ``state``, from which it is reached: the weight leads away, alternation back to the law.
         """
         if self.plane is None:
-            return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy, deadline=deadline)
-        pushed = alternate_plane(self.plane, state, theta=theta, steps=PUSH_STEPS, deadline=deadline)
-        back = None if pushed is None else alternate_plane(self.plane, pushed, deadline=deadline)
-        return None if back is None else self.exact_near(back, deadline)
+            return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy, deadline=self.deadline)
+        pushed = alternate_plane(self.plane, state, theta=theta, steps=PUSH_STEPS, deadline=self.deadline)
+        back = None if pushed is None else alternate_plane(self.plane, pushed, deadline=self.deadline)
+        return None if back is None else self.exact_near(back)
 
     def multiplier_interval(self, state: ForceState) -> tuple[float, float]:
         """Lowest and highest scaled multiplier at which a mechanism is admissible [-]."""
@@ -323,7 +319,7 @@ class _Trials:
             if self.over or self.best is None:
                 break
             since = time.perf_counter()
-            self._keep(f"push, weight {theta:g}", self.polisher.push(self.best, theta, self.deadline), None, since)
+            self._keep(f"push, weight {theta:g}", self.polisher.push(self.best, theta), None, since)
         if self.polisher.plane is None and self.best is not None and not self.over:
             since = time.perf_counter()
             lowered = lower(self.polisher.cones, self.best, tolerance=self.accuracy, deadline=self.deadline)
@@ -344,7 +340,7 @@ class _Trials:
         self.first_run = self.first_run or run
         candidate = run.state
         if candidate is not None and not self.over:
-            candidate = self.polisher.exact_near(candidate, self.deadline)
+            candidate = self.polisher.exact_near(candidate)
         self._keep(strategy, candidate, run, since)
         if push and self.polisher.plane is None and exact(candidate, self.law, self.accuracy):
             since = time.perf_counter()

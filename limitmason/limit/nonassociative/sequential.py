@@ -16,6 +16,15 @@ USABLE = ("Solved", "AlmostSolved", "InsufficientProgress")
 PROGRESS = 0.9
 """Violation of the true law over the least so far below which a step counts as progress [-]: chosen."""
 
+MOST_STEPS, RESTARTS, PATIENCE = 40, 6, 8
+"""Steps of one attempt, attempts after the first, and steps without progress, at most: chosen.
+
+A failing step halves a and raises c0 tenfold in turn, and the attempt begins again.
+"""
+
+SETTLED = 1e-6
+"""Largest change of a normal force over the total load at which the sequence has settled [-]."""
+
 TOLERANCE = 1e-10
 """Of the programs of the scheme [-], whose ends are polished afterwards."""
 
@@ -44,8 +53,7 @@ class SchemeRun(NamedTuple):
 
 
 def run_sequence(
-    law: JointLaw, start: Array, variant: SchemeSettings | None = None, *, max_steps: int = 40, tolerance: float = 1e-6,
-    restarts: int = 6, patience: int = 8, deadline: float = np.inf,
+    law: JointLaw, start: Array, variant: SchemeSettings, *, deadline: float = np.inf
 ) -> SchemeRun:
     """Sequence of cone programs that tends to a state of the non-associative law.
 
@@ -57,10 +65,6 @@ def run_sequence(
     law : of the problem
     start : normal forces N_0 from the tension corner, scaled, shape (m,)
     variant : a, b and c0
-    max_steps : steps of one attempt
-    tolerance : largest change of a normal force over the total load at which the chain has settled [-]
-    restarts : a failing step halves a and raises c0 tenfold in turn and begins again, at most so often
-    patience : steps without progress in the violation of the true law before stopping
     deadline : reading of ``time.perf_counter`` after which no further step begins
 
     Returns
@@ -73,15 +77,14 @@ def run_sequence(
     optimal face is needed, which interior-point solvers give and simplex solvers do not. Wrong by itself: a settled
     multiplier does not mean that the true law holds, and the end depends on the start; always polish and check.
     """
-    variant = variant or SchemeSettings()
     total_steps, state, exceeded = 0, None, np.inf
-    for attempt in range(restarts + 1):
+    for attempt in range(RESTARTS + 1):
         # where psi = phi the true cone is associative already: nothing is frozen there
         slope = np.where(law.dilatant, law.tan_phi, law.tan_psi - variant.slope * law.tan_phi)
         program = ForceProgram(law, slope=slope, tolerance=TOLERANCE, deadline=deadline)
         frozen = np.maximum(start, 0.0)  # N_k
         best, idle, failed = np.inf, 0, False  # least excess over the true law, and steps since it fell
-        for _ in range(max_steps):
+        for _ in range(MOST_STEPS):
             offset = (law.tan_phi - slope) * frozen + variant.offset * frozen.max(initial=0.0)
             status, answer = program.largest(law.cohesion + np.where(law.dilatant, 0.0, offset))
             total_steps += 1
@@ -94,7 +97,7 @@ def run_sequence(
             frozen = variant.mixing * normal + (1.0 - variant.mixing) * frozen
             idle = 0 if exceeded < PROGRESS * best else idle + 1
             best = min(best, exceeded)
-            if change < tolerance or idle >= patience or time.perf_counter() > deadline:
+            if change < SETTLED or idle >= PATIENCE or time.perf_counter() > deadline:
                 break
         if not failed or time.perf_counter() > deadline:
             break

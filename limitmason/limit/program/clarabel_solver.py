@@ -47,6 +47,9 @@ _STATUS = {  # by what Clarabel says
 BELOW_ZERO = -1e-9
 """Scaled multiplier below which a structure falls without live load [-]: above it is the solver's rounding of zero."""
 
+STANDING_TOLERANCE = 1e-9
+"""Of the programs that ask whether the dead load can be carried [-]: what they find is checked without them."""
+
 LEVEL = 1e-9
 """Joints whose normal is vertical but for this are level [-]: chosen, well above rounding of a rotated geometry."""
 
@@ -82,7 +85,7 @@ def solver_settings(tolerance: float, *, max_iterations: int = 200, verbose: boo
 
 
 def solve_static(
-    problem: Problem, cones: Cones, *, tolerance: float = 1e-10, max_iterations: int = 200, verbose: bool = False,
+    problem: Problem, cones: Cones, *, tolerance: float = 1e-10, verbose: bool = False,
     direction: Array | None = None, within: Array | None = None,
 ) -> Solution:
     """Maximise lambda: matrix f + dead + lambda live + u free = 0, f within cones.
@@ -94,7 +97,7 @@ def solve_static(
     problem : r equilibrium rows, n force components, k free live loads
     cones : the joint law
     tolerance : gap and feasibility tolerance of the interior-point method [-]; at 1e-8 lambda may be off by 4e-6
-    max_iterations, verbose : see :func:`solver_settings`
+    verbose : report every iteration to standard output
     direction : maximise this . (lambda, u) instead, shape (1 + k,)
     within : largest size of the scaled lambda and u [-], shape (1 + k,); None leaves them without limit
 
@@ -115,7 +118,7 @@ def solve_static(
     bound = np.concatenate([-problem.dead, [] if within is None else np.tile(within, 2), cones.constant])
     objective = np.zeros(n + k)
     objective[n:] = -np.eye(k)[0] if direction is None else -direction
-    settings = solver_settings(tolerance, max_iterations=max_iterations, verbose=verbose)
+    settings = solver_settings(tolerance, verbose=verbose)
     start = time.perf_counter()
     quadratic = sparse.csc_matrix((n + k, n + k))
     kinds = _kinds(r, cones, limits.shape[0])
@@ -145,29 +148,25 @@ class Carried(NamedTuple):
     seconds: float  # in solvers [s]
 
 
-def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float = 1e-9) -> Carried:
+def stands_under_dead_load(problem: Problem, cones: Cones) -> Carried:
     """Whether some admissible forces carry the dead load alone.
 
     The set of multipliers that can be carried is an interval: its upper end alone does not tell whether it holds zero.
     A frictionless trial with the normal forces of nearly horizontal joints (a small quadratic program) settles most
     walls; the full cone program decides the rest. Forces count that leave every block in equilibrium by its own load;
     where none do, the program's dual is a motion in which the dead load does more work than the joints can dissipate.
-
-    Parameters
-    ----------
-    cones : the joint law
-    tolerance : of the solver [-]
+    ``cones`` are the joint law.
     """
     start = time.perf_counter()
     own = unit_loads(problem)  # load of every block, by which its unbalance is judged
-    force = _pressure_alone(problem, own, tolerance)
+    force = _pressure_alone(problem, own)
     if force is not None:
         return Carried(stands=True, force=force, velocity=None, seconds=time.perf_counter() - start)
     r, n = problem.matrix.shape
     # no objective: any admissible forces in equilibrium will do
     answer = clarabel.DefaultSolver(
         sparse.csc_matrix((n, n)), np.zeros(n), sparse.csc_matrix(sparse.vstack([problem.matrix, -cones.matrix])),
-        np.concatenate([-problem.dead, cones.constant]), _kinds(r, cones), solver_settings(tolerance),
+        np.concatenate([-problem.dead, cones.constant]), _kinds(r, cones), solver_settings(STANDING_TOLERANCE),
     ).solve()
     status = str(answer.status)
     seconds = time.perf_counter() - start
@@ -181,16 +180,12 @@ def stands_under_dead_load(problem: Problem, cones: Cones, *, tolerance: float =
     return Carried(stands=False, force=None, velocity=np.array(answer.z[:r]), seconds=seconds)
 
 
-def _pressure_alone(problem: Problem, own: Array, tolerance: float) -> Array | None:
+def _pressure_alone(problem: Problem, own: Array) -> Array | None:
     """Normal forces of level joints that carry the dead load without shear, or None.
 
     They are scaled contact forces, shape (c m,), zero elsewhere, and have the least sum of squares. Joints that crush
-    are left out: where nothing crushes, any compression without shear is within the joint law.
-
-    Parameters
-    ----------
-    own : load of every block as in :func:`_balances`
-    tolerance : of the solver [-]
+    are left out: where nothing crushes, any compression without shear is within the joint law. ``own`` is the load of
+    every block as in :func:`_balances`.
     """
     level = np.abs(problem.points.directions[:, 0, 2]) > 1 - LEVEL
     simple = level & ~problem.law.crushes
@@ -207,7 +202,8 @@ def _pressure_alone(problem: Problem, own: Array, tolerance: float) -> Array | N
         sparse.csc_matrix(sparse.eye_array(k)), np.zeros(k),
         sparse.csc_matrix(sparse.vstack([part[loaded], -sparse.eye_array(k)])),
         np.concatenate([-problem.dead[loaded], np.zeros(k)]),
-        [clarabel.ZeroConeT(len(loaded)), clarabel.NonnegativeConeT(k)], solver_settings(tolerance),
+        [clarabel.ZeroConeT(len(loaded)), clarabel.NonnegativeConeT(k)],
+        solver_settings(STANDING_TOLERANCE),
     ).solve()
     if str(answer.status) != "Solved":
         return None

@@ -14,9 +14,6 @@ from limitmason.limit.program.static_theorem import Problem
 TYPICAL_SHARE = 0.25
 """Normal force that a crushing section is expected to carry, over the total load [-]: chosen, it only scales rows."""
 
-LEAST_RADIUS = 1e-12
-"""Radius of torsion below which it is taken for that [m], so that the division by it stays finite."""
-
 
 class Cones(NamedTuple):
     """Rows constant + matrix f in an orthant and second-order cones of given sizes."""
@@ -32,7 +29,7 @@ class TorsionLimit(NamedTuple):
 
     interface: Index  # (j,)
     pole: Array  # centre of pressure [m], (j, 3)
-    radius: Array  # polar mean radius of the compressed area [m], (j,)
+    radius: Array  # polar mean radius of the compressed area, above zero [m], (j,)
 
 
 class _Rows:
@@ -168,6 +165,6 @@ def _add_torsion(problem: Problem, torsion: TorsionLimit, rows: _Rows) -> None:
         values[0, 0::3] = problem.law.tan_phi[p]
         values[1, 1::3] = 1.0
         values[2, 2::3] = 1.0
-        values[3] = (moment / max(radius, LEAST_RADIUS)).ravel()
+        values[3] = (moment / radius).ravel()
         constant = np.array([problem.law.cohesion[p].sum(), 0.0, 0.0, 0.0])
         rows.add(np.broadcast_to(columns, (4, width)), values, constant)

@@ -1,7 +1,6 @@
 """The static theorem written out in cvxpy: readable, and a door to other solvers."""
 
 import time
-from typing import Any
 
 import numpy as np
 
@@ -12,14 +11,13 @@ from limitmason.limit.program.cones import make_cones
 from limitmason.limit.program.static_theorem import Problem
 
 
-def solve_reference(problem: Problem, *, solver: str | None = None, verbose: bool = False, **options: Any) -> Solution:
+def solve_reference(problem: Problem, *, solver: str | None = None, verbose: bool = False) -> Solution:
     """Maximise lambda by cvxpy: the program of ``solve_static``, cone by cone.
 
     Parameters
     ----------
     solver : any solver installed for cvxpy ("CLARABEL", "HIGHS" for plane problems, "SCS", "MOSEK", ...)
     verbose : let the solver report to standard output
-    options : passed to cvxpy's ``solve``
 
     Returns
     -------
@@ -52,7 +50,7 @@ def solve_reference(problem: Problem, *, solver: str | None = None, verbose: boo
     program = cp.Problem(cp.Maximize(multiplier), [equilibrium, *law])
     begin = time.perf_counter()
     try:
-        program.solve(solver=solver, verbose=verbose, **options)
+        program.solve(solver=solver, verbose=verbose)
     except cp.error.SolverError as error:
         raise InputError(f"cvxpy could not use solver {solver!r}: {error}") from None
     seconds = time.perf_counter() - begin

@@ -34,7 +34,7 @@ class Bracket:
     def __str__(self) -> str:
         """Both bounds on one line."""
         low = self.lower.collapse_multiplier
-        text = "cannot stand with phi = psi: no lower bound" if math.isnan(low) else f"{low:.6g}"
+        text = f"{self.lower.status} with phi = psi: no lower bound" if math.isnan(low) else f"{low:.6g}"
         return f"{text} <= lambda <= {self.upper.collapse_multiplier:.6g} (Radenkovic)"
 
 
@@ -75,8 +75,7 @@ def limit_bracket(
     if c is not None and c.discretisation > 0.0:
         # the forces of cells of cohesive faces give a lower bound: what lies above every flow rule is the mechanism's
         upper = replace(upper, collapse_multiplier=c.kinematic_multiplier)
-    reduced = assembly.with_interfaces(replace(i, joint=inside(i.joint)) for i in assembly.interfaces)
-    lower = solve_associative(make_problem(reduced, loads, **options))
+    lower = solve_associative(make_problem(assembly.with_joints(inside), loads, **options))
     of_all = "bound for every flow rule between psi and phi (Radenkovic)"
     upper, lower = (replace(p, references=papers_behind(p)) for p in (upper, lower))
     return Bracket(

@@ -87,12 +87,8 @@ class ProvenRange:
                 )
                 if end.force_bounded:
                     within += f" and joint forces up to {self.force_bound:g} times the load"
-            if end.proven:
-                lines.append(f"{name} {end.value:.6f}: nothing {side} {end.bound:.6f} {within}; {end.method}")
-            else:
-                lines.append(
-                    f"{name} {end.value:.6f} found, not proven: nothing {side} {end.bound:.6f} {within}; {end.method}"
-                )
+            unproven = "" if end.proven else " found, not proven"
+            lines.append(f"{name} {end.value:.6f}{unproven}: nothing {side} {end.bound:.6f} {within}; {end.method}")
         return "\n".join(lines)
 
 
