@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from walls import corner, on_slab, running_bond, stack
 
 import limitmason as lm
+from limitmason.build.variants import resized
 from limitmason.limit import make_problem
 from limitmason.limit.nonassociative.joint_law import ForceState, joint_law
 from limitmason.limit.nonassociative.numbering import numbering
@@ -200,7 +201,7 @@ def test_the_axis_of_a_block_is_a_unit_vector_that_is_stretched_with_it():
     axes = [(0, 3, 4)] * len(solids)
     wall = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(30.0), axes=axes)
     assert wall.blocks[1].axis == pytest.approx((0, 0.6, 0.8))
-    stretched = lm.build.variants.resized(wall, (1, 4, 1))
+    stretched = resized(wall, (1, 4, 1))
     assert stretched.blocks[1].axis == pytest.approx(np.array((0, 12, 4)) / np.hypot(12, 4))
 
 
