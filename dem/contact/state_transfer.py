@@ -170,9 +170,11 @@ def keep_pace(state: State, centroids: Array, made: Fresh) -> None:
     slip = np.column_stack([points.slip_1, points.slip_2])
     borne = slip - heirs.aside  # elastic slip
     most = kernels.largest_elastic_slip(points, joints, heirs)
+    # open points have no spring to move; pressed ones without friction do, and bear nothing to tell by
+    springs = (most > 0.0) | (points.lift - points.gap - heirs.apart > 0.0)
     # points at their strength that the last step brought there
-    slides = (np.linalg.norm(borne, axis=1) > SLIDES * most) & (np.linalg.norm(borne - moved, axis=1) > most)
-    slip -= slides[:, None] * moved
+    slides = (np.linalg.norm(borne, axis=1) >= SLIDES * most) & (np.linalg.norm(borne - moved, axis=1) > most)
+    slip -= (springs & slides)[:, None] * moved
     points.slip_1[:], points.slip_2[:] = slip.T
 
 

@@ -152,6 +152,32 @@ def test_fill_weighs_what_lies_between_its_level_and_the_extrados():
 
 
 @pytest.mark.exact
+@pytest.mark.parametrize("lateral", [0.0, 0.4])
+def test_a_barrel_under_fill_and_an_axle_is_the_arch_of_its_section(lateral):
+    """Nothing differs along y: in space, of whole or lapping stones, the multiplier is that of the plane arch.
+
+    The fill presses inwards with K times the weight of what lies beside a face, on its height (Rankine's thrust).
+    """
+    shape = {"radius": 1.0, "thickness": 0.12, "voussoirs": 9, "angle_deg": 150.0, "joint": Joint(45.0)}
+    plane = build.arch(width=0.6, **shape)
+    top, unit_weight = float(plane.blocks[6].bounds[1][2]) + 0.1, 1800.0 * 9.81
+
+    def loaded(assembly):
+        fill = Loads.weight(assembly).with_backfill(assembly, top, 1800.0, lateral=lateral)
+        return fill.with_axle(assembly, 0.3, 1e4, level=top)
+
+    wanted = limit_analysis(plane, loaded(plane)).collapse_multiplier
+    for length in (0.6, 0.25):
+        barrel = build.vault(length=0.6, unit_length=length, **shape)
+        assert limit_analysis(barrel, loaded(barrel)).collapse_multiplier == pytest.approx(wanted, rel=1e-6)
+    assert limit_analysis(plane, loaded(plane), in_plane=False).collapse_multiplier == pytest.approx(wanted, rel=1e-6)
+    # extrados of the first voussoir, from a springing upwards
+    angles = np.deg2rad([75.0, 75.0 - 150.0 / 9.0])
+    height = 1.06 * np.cos(angles) - math.cos(angles[0])
+    thrust = lateral * unit_weight * 0.6 * (height[1] - height[0]) * (top - height.mean())
+    assert loaded(plane).dead[2, 0] == pytest.approx(thrust, rel=1e-9, abs=1e-9)
+
+
 def test_fill_on_a_flat_top_is_its_weight_and_covered_faces_carry_none():
     wall = build.wall(length=1.2, courses=3, unit=(0.4, 0.2, 0.2), joint=JOINT)
     fill = Loads.weight(wall).with_backfill(wall, 1.0, 1500.0)

@@ -85,6 +85,38 @@ def test_friction_takes_mu_n_times_the_way_where_contacts_are_found_anew(first, 
     assert np.abs(h.energy_error).max() < 5e-4 * h["applied"][-1]
 
 
+def test_a_smooth_block_slides_down_a_slope_as_if_it_fell_and_loses_nothing():
+    """s = g sin(a) t^2 / 2 without friction (Galileo's incline); its weight's work is all kinetic."""
+    slope = np.radians(30.0)
+    turn = np.array([[np.cos(slope), 0, np.sin(slope)], [0, 1, 0], [-np.sin(slope), 0, np.cos(slope)]])
+    smooth = lm.Joint(0.0, normal_stiffness=1e8, shear_stiffness=5e7)
+    solids = [box((-5, -5, -0.2), (5, 5, 0)), box((0, 0, 0), (0.4, 0.4, 0.1))]
+    made = lm.Assembly.from_polyhedra(solids, joint=smooth, fixed=[0]).transformed(turn)
+    h = dem.simulate(made, dem.Hold(duration=0.3), mode="dynamic", sample=0.05)
+    way = 0.5 * 9.81 * np.sin(slope) * h["time"] ** 2
+    assert h.displacement_of(1) @ turn[:, 0] == pytest.approx(way, rel=1e-3, abs=1e-4)
+    # joints were cut anew on the way: friction and dashpots then took a third of the work
+    assert max(h["friction"].max(), h["viscous"].max()) < 1e-3 * h["applied"][-1]
+    assert np.abs(h.energy_error).max() < 1e-3 * h["applied"][-1]
+
+
+@pytest.mark.parametrize("copy", ["as it is", "renumbered", "turned", "mirrored"])
+@pytest.mark.parametrize("angle", [20.0, 35.0])
+def test_a_block_on_a_slope_stays_below_its_friction_and_slides_by_coulombs_law_above(angle, copy):
+    """s = g (sin(a) - mu cos(a)) t^2 / 2 where tan(a) > mu, else it only sinks into its springs."""
+    slope, mu = np.radians(angle), 0.4
+    place = np.array([[np.cos(slope), 0, np.sin(slope)], [0, 1, 0], [-np.sin(slope), 0, np.cos(slope)]])
+    about = {"turned": [[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1]], "mirrored": [[-1, 0, 0], [0, 1, 0], [0, 0, 1]]}
+    place = np.array(about.get(copy, np.eye(3)), dtype=float) @ place
+    joint = lm.Joint.from_friction_coefficient(mu, normal_stiffness=1e9, shear_stiffness=5e8)
+    solids = [box((-5, -5, -0.2), (5, 5, 0)), box((0, 0, 0), (0.4, 0.4, 0.1))]
+    made = lm.Assembly.from_polyhedra(solids, joint=joint, fixed=[0]).transformed(place)
+    made = made.renumbered([1, 0]) if copy == "renumbered" else made
+    h = dem.simulate(made, dem.Hold(duration=0.2), mode="dynamic", sample=0.05)
+    way = 0.5 * 9.81 * max(np.sin(slope) - mu * np.cos(slope), 0.0) * h["time"] ** 2
+    assert h.displacement_of("block-1") @ place[:, 0] == pytest.approx(way, rel=1e-3, abs=5e-5)
+
+
 def test_what_is_kinetic_before_the_first_step_is_no_energy_from_nowhere():
     flight, weight = thrown(1e-4, 1.0, (1.0, -2.0, 3.0), duration=0.01)
     put = 0.5 * weight / 9.81 * 14.0

@@ -3,6 +3,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import linprog
 
 import limitmason as lm
 from limitmason import formats
@@ -104,6 +105,70 @@ def test_a_symmetric_bridge_has_a_symmetric_envelope():
     assert lm.figures.axle_envelope(found).axes
     assert found.prediction.mechanism is not None
     assert "smallest multiplier" in str(found)
+
+
+def skewed(mirrored=False):
+    """A bridge whose joints are spaced unevenly, from the left or from the right."""
+    angles = np.deg2rad([-75, -60, -38, -20, 0, 25, 50, 75])
+    curves = [np.column_stack([r * np.sin(angles), r * np.cos(angles) - 0.26]) for r in (0.95, 1.05)]
+    if mirrored:
+        curves = [(c * [-1.0, 1.0])[::-1] for c in curves]
+    return lm.build.arch_from_curves(*curves, width=0.5, joint=lm.Joint(50.0))
+
+
+def thrust_line_program(arch, wrench, mu):
+    """Largest multiplier of live loads by the static theorem, written from the joints of an arch in x-z alone.
+
+    Normal forces at both ends of every joint and a shear in it; three equations a voussoir (Heyman 1982).
+    """
+    free, joints = np.flatnonzero(~arch.fixed).tolist(), arch.interfaces
+    balance, limits = np.zeros((3 * len(free), 3 * len(joints) + 1)), []
+    for j, joint in enumerate(joints):
+        ends = np.unique(np.round(joint.polygon[:, [0, 2]], 12), axis=0)
+        n = joint.normal[[0, 2]]
+        for block, sign in ((joint.block_a, -1.0), (joint.block_b, 1.0)):
+            if block not in free:
+                continue
+            row, centre = 3 * free.index(block), arch.centroids[block][[0, 2]]
+            for k, (at, way) in enumerate(zip((*ends, ends[0]), (n, n, np.array([-n[1], n[0]])), strict=True)):
+                f, arm = sign * way, at - centre
+                balance[row : row + 3, 3 * j + k] = f[0], f[1], arm[1] * f[0] - arm[0] * f[1]
+        for sign in (1.0, -1.0):
+            limits.append(np.zeros(3 * len(joints) + 1))
+            limits[-1][3 * j : 3 * j + 3] = -mu, -mu, sign
+    balance[:, -1] = wrench[free][:, [0, 2, 4]].ravel()
+    dead = -lm.Loads.weight(arch).dead[free][:, [0, 2, 4]].ravel()
+    cost = np.r_[np.zeros(3 * len(joints)), -1.0]
+    bounds = [(0, None), (0, None), (None, None)] * len(joints) + [(0, None)]
+    found = linprog(cost, np.array(limits), np.zeros(len(limits)), balance, dead, bounds, method="highs")
+    assert found.status == 0
+    return -found.fun
+
+
+def test_every_position_of_an_axle_is_the_static_program_of_its_thrust_line():
+    arch, places = skewed(), np.array([-1.2, -0.6, -0.35, 0.05, 0.4, 0.8])
+    found = lm.axle_envelope(arch, lm.Loads.weight(arch), [(0.0, 1e4)], level=0.9, positions=places)
+    mu = np.tan(np.deg2rad(50.0))
+    exact = [thrust_line_program(arch, axle_forces(arch, x, 1e4, level=0.9).wrench, mu) for x in places]
+    assert found.multipliers == pytest.approx(exact, rel=1e-6)
+    assert found.governing == places[int(np.argmin(exact))]
+
+
+def test_a_mirrored_bridge_and_another_first_axle_have_the_same_envelope():
+    """Mirrored places and a train driven backwards; places counted from .3 m ahead of the first axle."""
+    arch, image, places = skewed(), skewed(mirrored=True), np.linspace(-0.8, 0.9, 5)
+    train = [(0.0, 1e4), (0.4, 5e3)]
+
+    def envelope(assembly, axles, at):
+        return lm.axle_envelope(assembly, lm.Loads.weight(assembly), axles, level=0.9, positions=at).multipliers
+
+    wanted = envelope(arch, train, places)
+    assert envelope(image, [(-x, p) for x, p in train], -places) == pytest.approx(wanted, rel=1e-7)
+    assert envelope(arch, [(x + 0.3, p) for x, p in train], places + 0.3) == pytest.approx(wanted, rel=1e-7)
+    loads = lm.Loads.weight(arch)
+    for x, p in train:  # a group of axles is the sum of single ones
+        loads = loads.with_axle(arch, places[2] - x, p, level=0.9)
+    assert lm.limit_analysis(arch, loads).collapse_multiplier == pytest.approx(wanted[2], rel=1e-7)
 
 
 def test_ctrl_c_keeps_the_positions_done_and_names_those_missing():

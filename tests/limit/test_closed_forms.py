@@ -5,10 +5,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.optimize import linprog
+from shapely.geometry import Polygon
+from shapely.geometry.polygon import orient
 from walls import arch_blocks, on_slab, running_bond, stack
 
 import limitmason as lm
 from limitmason.figures.style import prediction_text
+from limitmason.geometry import box
 
 
 def collapse(assembly, direction=(1, 0, 0), **options):
@@ -164,3 +167,91 @@ def test_settling_support_keeps_the_least_reaction_that_carries_the_lintel():
         lm.settlement_analysis(assembly, "block-1", loads=lm.Loads.horizontal(assembly))
     with pytest.raises(ValueError, match="associative flow rule only"):
         lm.settlement_analysis(assembly, "block-1", flow_rule="non-associative")
+
+
+@pytest.mark.parametrize("step", [0.05, 0.1, 0.2])
+def test_corbelled_blocks_turn_about_the_edge_below(step):
+    """n blocks that overhang each other by d, live load W at the tip: least over joints j of dead over live moment.
+
+    About the edge of joint j the weights above have W (L / 2 - i d) each, i = 1, 2, ..., and the load W (n - j) d.
+    """
+    n, length, height, depth = 4, 1.0, 0.25, 0.5
+    boxes = [((k * step, 0, k * height), (k * step + length, depth, (k + 1) * height)) for k in range(n)]
+    corbel = on_slab(boxes, mu=2.0, joints={("block-0", "block-1"): lm.Joint(60.0, cohesion=1e9, tensile_strength=1e9)})
+    weight = corbel.weights[1]
+    tip = length + (n - 1) * step
+    loads = lm.Loads.weight(corbel).with_point_load(corbel, n, (0, 0, -weight), at=(tip, depth / 2, n * height))
+    # the lowest is glued to the slab
+    exact = min(
+        sum(length / 2.0 - i * step for i in range(1, n - j + 1)) / ((n - j) * step) for j in range(1, n)
+    )
+    assert exact > 0.0
+    assert lm.limit_analysis(corbel, loads).collapse_multiplier == pytest.approx(exact, rel=1e-7)
+    assert lm.limit_analysis(corbel, loads, in_plane=False).collapse_multiplier == pytest.approx(exact, rel=1e-7)
+
+
+def flat_arch(span, height, number, pier, tall, mu, width=0.4):
+    """Plumb voussoirs between two piers on held ground, and a unit force at mid-span; rough but for the ground."""
+    x = np.linspace(-span / 2.0, span / 2.0, number + 1)
+    near, far = span / 2.0, span / 2.0 + pier
+    solids = [box((-far - 1.0, 0, -0.3), (-near, width, 0)), box((near, 0, -0.3), (far + 1.0, width, 0))]
+    solids += [box((-far, 0, 0), (-near, width, tall)), box((near, 0, 0), (far, width, tall))]
+    solids += [box((a, 0, tall - height), (b, width, tall)) for a, b in pairwise(x)]
+    made = lm.Assembly.from_polyhedra(
+        solids, joint=lm.Joint(70.0), fixed=[0, 1], joints={"base": lm.Joint.from_friction_coefficient(mu)}
+    )
+    loads = lm.Loads.weight(made)
+    for k in (number // 2, number // 2 - 1):
+        loads = loads.with_point_load(made, 4 + k, (0, 0, -500.0), at=(0, width / 2, tall))
+    return made, loads
+
+
+@pytest.mark.parametrize(("span", "height", "number", "pier", "tall", "mu"), [
+    (2.0, 0.4, 4, 0.8, 1.0, 0.5), (1.5, 0.5, 8, 0.6, 1.2, 0.6),
+])
+def test_flat_arch_pushes_its_piers_away(span, height, number, pier, tall, mu):
+    """Least thrust of a flat arch, from the soffit at its ends to the top at mid-span (Coulomb 1773, Heyman 1995).
+
+    H = (W / 2 + lambda P) L / (4 h), W half of the arch; piers slide at H = mu (W_pier + W + lambda P / 2).
+    """
+    made, loads = flat_arch(span, height, number, pier, tall, mu)
+    arm = span / (4.0 * height)
+    half, foot = made.weights[4:].sum() / 2.0, made.weights[2]
+    exact = (mu * (foot + half) - half * arm) / (1000.0 * (arm - mu / 2.0))
+    for options in ({}, {"in_plane": False}, {"flow_rule": "non-associative", "search": "quick"}):
+        assert lm.limit_analysis(made, loads, **options).collapse_multiplier == pytest.approx(exact, rel=1e-6)
+
+
+@pytest.mark.parametrize(("number", "turn"), [(3, 10.0), (4, 15.0), (6, 12.0)])
+def test_winding_stair_tips_over_a_side_of_the_overlap_of_two_steps(number, turn):
+    """Steps on each other, each turned by an angle about one axis; live load at the tip of the last.
+
+    What stands above a joint turns about a side of the polygon in which two steps overlap: dead over live moment,
+    least over sides and joints.
+    """
+    length, breadth, height, back = 1.2, 0.5, 0.2, 0.25
+    plan = np.array([[-back, -1], [length - back, -1], [length - back, 1], [-back, 1]]) * [1.0, breadth / 2.0]
+    faces = ((3, 2, 1, 0), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+    ways = np.deg2rad(turn) * np.arange(number)
+    plans = [plan @ np.array([[np.cos(a), np.sin(a)], [-np.sin(a), np.cos(a)]]) for a in ways]
+    solids = [
+        (np.vstack([np.column_stack([p, np.full(4, z * height)]) for z in (k, k + 1)]), faces)
+        for k, p in enumerate(plans)
+    ]
+    stair = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(75.0), fixed=[0])
+    weight, tip = stair.weights[1], (length - back) * np.array([np.cos(ways[-1]), np.sin(ways[-1])])
+    loads = lm.Loads.weight(stair).with_point_load(
+        stair, number - 1, (0, 0, -weight), at=(*tip, number * height)
+    )
+    exact = np.inf
+    for joint in range(1, number):
+        centre = np.array([p.mean(axis=0) for p in plans[joint:]])
+        overlap = Polygon(plans[joint - 1]).intersection(Polygon(plans[joint]))
+        ring = np.array(orient(overlap).exterior.coords)
+        for a, b in pairwise(ring):
+            outward = np.array([b[1] - a[1], a[0] - b[0]])
+            dead, live = ((centre - a) @ outward).sum(), (tip - a) @ outward
+            assert dead < 0.0
+            if live > 0.0:
+                exact = min(exact, -dead / live)
+    assert lm.limit_analysis(stair, loads).collapse_multiplier == pytest.approx(exact, rel=1e-7)

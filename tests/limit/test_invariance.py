@@ -8,9 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
-from walls import corner, running_bond
+from walls import corner, on_slab, running_bond, stack
 
 import limitmason as lm
+from limitmason.build.variants import resized
 from limitmason.limit import make_problem
 from limitmason.limit.nonassociative.joint_law import ForceState, joint_law
 from limitmason.limit.nonassociative.numbering import numbering
@@ -200,5 +201,74 @@ def test_the_axis_of_a_block_is_a_unit_vector_that_is_stretched_with_it():
     axes = [(0, 3, 4)] * len(solids)
     wall = lm.Assembly.from_polyhedra(solids, joint=lm.Joint(30.0), axes=axes)
     assert wall.blocks[1].axis == pytest.approx((0, 0.6, 0.8))
-    stretched = lm.build.variants.resized(wall, (1, 4, 1))
+    stretched = resized(wall, (1, 4, 1))
     assert stretched.blocks[1].axis == pytest.approx(np.array((0, 12, 4)) / np.hypot(12, 4))
+
+
+def cut_bond(pieces, glue=None):
+    """Running bond of three courses, every unit cut upright into pieces, between which the joint may be another."""
+    boxes, glued = [], {}
+    for course in range(3):
+        ends = [0.0, *((0.2 if course % 2 else 0.4) + 0.4 * k for k in range(4 if course % 2 else 3)), 1.6]
+        for a, b in pairwise(ends):
+            x = np.linspace(a, b, pieces + 1)
+            for k in range(pieces):
+                boxes.append(((x[k], 0, 0.2 * course), (x[k + 1], 0.2, 0.2 * course + 0.2)))
+                if k and glue:
+                    glued[f"block-{len(boxes) - 1}", f"block-{len(boxes)}"] = glue
+    return on_slab(boxes, joint=lm.Joint(33.0), joints=glued or None)
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, 1, 0)])
+def test_units_cut_in_two_bear_no_more_and_glued_again_the_same(direction):
+    """A further dry joint is a motion more: multipliers only fall. Glue that never yields leaves none of it."""
+    glue = lm.Joint(80.0, cohesion=1e8, tensile_strength=1e8)
+    whole, dry, glued = (value(a, direction) for a in (cut_bond(1), cut_bond(2), cut_bond(2, glue)))
+    assert dry < whole * (1.0 + 1e-7)
+    assert glued == pytest.approx(whole, rel=1e-7)
+    assert value(cut_bond(4), direction) < dry * (1.0 + 1e-7)
+
+
+@pytest.mark.parametrize("points", [(2, 2), (4, 4), (8, 8)])
+def test_points_between_the_corners_of_dry_joints_change_nothing(points):
+    """Forces on a flat face without tension are those that its corners can bear: their hull is the face."""
+    wall, direction = cut_bond(1), (0.6, 0.8, 0.0)
+    loads = lm.Loads.horizontal(wall, direction)
+    fine = lm.limit_analysis(wall, loads, contact_model="grid", grid=points)
+    # torsion at the corners is the most that the face bears, and a grid of more points holds the corners too
+    assert fine.collapse_multiplier == pytest.approx(value(wall, direction), rel=1e-7)
+
+
+@pytest.mark.parametrize("rule", ["associative", "non-associative"])
+def test_joints_written_as_b_and_a_and_loads_on_held_blocks_change_nothing(rule):
+    wall = running_bond(2, 2)
+    options = {"flow_rule": rule} | ({"search": "quick", "prove": False} if rule != "associative" else {})
+    loads = lm.Loads.horizontal(wall)
+    turned = wall.with_interfaces(
+        replace(i, block_a=i.block_b, block_b=i.block_a, normal=-i.normal, polygon=i.polygon[::-1])
+        for i in wall.interfaces
+    )
+    heavy = loads.with_point_load(wall, 0, (1e6, 2e5, -3e6), at=(0.1, 0.0, -0.05))
+    heavy = heavy.with_point_load(wall, 0, (0, 1e6, 0), case="dead")
+    wanted = lm.limit_analysis(wall, loads, **options).collapse_multiplier
+    for assembly, case in ((turned, loads), (wall, heavy)):
+        found = lm.limit_analysis(assembly, case, **options).collapse_multiplier
+        assert found == pytest.approx(wanted, rel=1e-7)
+
+
+@pytest.mark.parametrize("apart", [3.0, 1e5])
+def test_two_structures_solved_together_have_the_smaller_multiplier_of_both(apart):
+    """Stacks of b / h = .4 and .25, no joint between them; the sturdier is also a block that lies beside, unloaded."""
+    boxes = [((x, 0, z), (x + b, 0.3, z + 0.5)) for x, b in ((0.0, 0.4), (apart, 0.25)) for z in (0.0, 0.5)]
+    both = on_slab(boxes, joint=lm.Joint(33.0))
+    assert value(both, (1, 0, 0)) == pytest.approx(0.25, rel=1e-7)
+    first = lm.Loads.weight(both).with_body_force(both, (1, 0, 0), blocks=[1, 2])
+    assert lm.limit_analysis(both, first).collapse_multiplier == pytest.approx(0.4, rel=1e-7)
+
+
+def test_weight_as_live_load_hangs_up_at_one_and_never_breaks_downwards():
+    """(1 + lambda) W down presses a stack for ever; (1 - lambda) W has nothing left to stand by at 1."""
+    tower = stack([(0.4, 0.3)] * 3)
+    dead = lm.Loads.weight(tower)
+    assert lm.limit_analysis(tower, replace(dead, live=dead.dead)).collapse_multiplier == np.inf
+    assert lm.limit_analysis(tower, replace(dead, live=-dead.dead)).collapse_multiplier == pytest.approx(1.0, rel=1e-7)

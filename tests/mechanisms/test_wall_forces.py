@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+import limitmason as lm
 import mechanisms
 from limitmason.errors import InputError
 
@@ -88,3 +89,25 @@ def test_piers_of_the_circular_meet_their_equations():
     assert slender.irregular == pytest.approx(squat.irregular / 3.0)
     with pytest.raises(InputError, match="interlocking"):
         mechanisms.circular_pier_forces(1.0, 3.0, 0.4, **{**given, "interlocking": 0.0})
+
+
+def test_rocking_on_a_crushed_toe_is_the_limit_load_of_a_block_of_any_size():
+    """V H = N L / 2 (1 - s / fc), stress block at the full strength: EN 1998-3 with 0.85 fc written as fc."""
+    rng = np.random.default_rng(3)
+    drawn = rng.uniform((0.2, 0.5, 0.1, 0.0, 1.5), (1.0, 2.0, 1.0, 3.0, 20.0), (30, 5))
+    for length, height, depth, press, spare in drawn:
+        weight = 2000.0 * 9.81 * length * height * depth
+        force = weight * (1.0 + press)
+        stress = force / (length * depth)
+        joint = lm.Joint.from_friction_coefficient(3.0, compressive_strength=spare * stress)
+        pier = lm.build.column(width=length, depth=depth, unit_height=height, courses=1, joint=joint)
+        at = (length / 2.0, depth / 2.0, height)
+        loads = lm.Loads.weight(pier).with_point_load(pier, 1, (0, 0, weight - force), at=at, case="dead")
+        loads = loads.with_point_load(pier, 1, (weight, 0, 0), at=at)
+        found = lm.limit_analysis(pier, loads).collapse_multiplier * weight
+        assert found == pytest.approx(force * length / (2.0 * height) * (1.0 - 1.0 / spare), rel=1e-6)
+        formula = mechanisms.wall_forces(
+            length, height, depth, height, stress=stress, strength=spare * stress / 0.85, cohesion=0.0, friction=3.0,
+            diagonal_strength=1e9, unit=(1.0, 1.0),
+        )
+        assert found == pytest.approx(formula.rocking, rel=1e-6)
