@@ -381,3 +381,17 @@ def test_what_starts_from_rest_is_not_half_a_step_ahead():
 def test_a_target_that_is_not_finite_is_refused(made):
     with pytest.raises(InputError, match="must be (a |three )?finite"):
         made()
+
+
+@pytest.mark.parametrize("rest", [0.0, None])
+def test_a_joint_that_is_torn_has_used_all_of_its_strength_from_then_on(rest):
+    """Its part in use was 0 again once a brittle bond had broken."""
+    joint = lm.Joint(
+        30.0, cohesion=1e5, tensile_strength=5e4, residual_cohesion=rest, residual_tensile_strength=rest,
+        normal_stiffness=1e8,
+    )
+    up = {"z": 1e-3} | dict.fromkeys(("x", "y", "rx", "ry", "rz"), 0.0)
+    drive = dem.Drive({"block-1": up}, steps=200)
+    h = dem.simulate(on_slab([((0, 0, 0), (0.4, 0.4, 0.2))], joint=joint), drive, contact_points=(3, 3), sample=40)
+    # ft / kn is half of the way
+    assert h.used[:, 0] == pytest.approx([0.4, 0.8, 1.0, 1.0, 1.0], rel=1e-6)
