@@ -85,7 +85,7 @@ def cut(
     # edges that cross meet in a point: no bond and no dilation there, and no damage is done. What the pair has suffered
     # before still counts: friction lies between peak and residual value as the damage says that its points inherit
     for column in (LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension, LAW.tan_psi, LAW.rest_tan_psi,
-                   LAW.by_opening, LAW.by_slip):
+                   LAW.by_opening, LAW.by_slip, LAW.secant):
         law[crosses, column] = 0.0
     law[crosses, LAW.cross] = 1.0
     joints = Joints(
