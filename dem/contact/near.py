@@ -76,7 +76,7 @@ class Neighbours(NamedTuple):
         m = len(near.pairs)
         offset, turn, moved, turned = np.empty((m, 3)), np.empty((m, 4)), np.empty(m), np.empty(m)
         kernels.relative_motion(near, b.quat, b.rot, place, pieces.reach, offset, turn, moved, turned)
-        # more than ALWAYS is enough for them, and those that have just come near have no place before
+        # pairs that are always looked at: 0 lies above ALWAYS. Those that have just come near had no pose to count from
         moved[near.move == ALWAYS] = 0.0
         p, q = near.pairs.T
         gap = np.maximum(low[p] - high[q], low[q] - high[p]).max(axis=1)

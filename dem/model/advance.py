@@ -50,13 +50,12 @@ def run(
     shared_advance(state, acting, scheme, drifts)
     state.time += steps * state.dt
     b = state.bodies
-    finite = state.modes is None or bool(np.isfinite(state.modes.value).all())
-    if not (finite and np.isfinite(state.total).all() and np.isfinite(b.shift).all() and np.isfinite(b.ang).all()):
-        bad = ~(np.isfinite(b.shift).all(axis=1) & np.isfinite(b.vel).all(axis=1) & np.isfinite(b.quat).all(axis=1))
-        block = int(np.flatnonzero(bad)[0]) if bad.any() else 0
+    of_modes = np.zeros((len(b.mass), 0)) if state.modes is None else state.modes.value
+    finite = np.isfinite(np.concatenate([b.shift, b.quat, b.vel, b.ang, of_modes], axis=1)).all(axis=1)
+    if not (finite.all() and np.isfinite(state.total).all()):
         raise UnstableError(
-            f"the state of block number {block} is not finite at step {state.total[kernels.E_STEPS]:.0f}: the time "
-            "step is too long for the stiffness, or a load is not finite"
+            f"the state of block number {np.argmin(finite)} is not finite at step {state.total[kernels.E_STEPS]:.0f}: "
+            "the time step is too long for the stiffness, or a load is not finite"
         )
 
 
