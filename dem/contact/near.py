@@ -193,7 +193,7 @@ def near_margin(assembly: Assembly) -> float:
 
 def on_ground(assembly: Assembly) -> Flags:
     """Blocks that go with the ground, shape (n,): those wholly held, else in x, y and z."""
-    return assembly.fixed if assembly.fixed.any() else assembly.held[:, :3].all(axis=1)
+    return np.asarray(assembly.fixed if assembly.fixed.any() else assembly.held[:, :3].all(axis=1))
 
 
 def ground_shift(assembly: Assembly, shift: Array) -> Array:
