@@ -84,7 +84,8 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     """
     around = Neighbours.of(assembly, state, pieces, margin, state.near)
     # pair codes of the blocks of pieces that are near, and of the joints
-    near_codes = pair_codes(*around.near.blocks.T, assembly.n_blocks)
+    first, second = around.near.blocks.T
+    near_codes = pair_codes(first, second, assembly.n_blocks)
     joint_codes = pair_codes(state.joints.block_a, state.joints.block_b, assembly.n_blocks)
     joined = among(near_codes, np.sort(joint_codes))  # pairs whose blocks have a joint
     if state.near is None:
