@@ -243,6 +243,8 @@ class PushSettings:
             positive("longest", self.longest)
         if self.settle is not None:
             instance("settle", self.settle, Settle)
+        if self.detect_every is not None:
+            count("detect_every", self.detect_every)
         for name in ("rate_check", "sound"):
             choice(name, getattr(self, name), (True, False))
         _of_classes(self)

@@ -16,6 +16,7 @@ from dem.contact.joint_renewal import (
     among,
     largest_slip,
     outworn_joints,
+    pair_codes,
     slip_allowed,
     spacing_of,
     turned_since,
@@ -24,7 +25,7 @@ from dem.contact.near import ALWAYS, SMALL, Neighbours, placed
 from dem.contact.new_joints import Fresh, assemble, cut
 from dem.contact.piece_contacts import FLAT, Bearings, PiecesMeet, area_of, least_area, moved_together, on_next_faces
 from dem.contact.state_transfer import Families, close_setbacks, inherit, keep_energy, keep_pace
-from dem.kernels import APART, CROSSING, E_DAMPING, FACES, Joints, NearPairs
+from dem.kernels import APART, CROSSING, E_DAMPING, FACES, NearPairs
 from dem.kernels.arrays import Index
 from dem.model.edge_points import note_slid
 from dem.model.pieces import Pieces
@@ -82,9 +83,10 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     sharp : look at open edges and corners alone, whose time has come before that of a search of all pairs
     """
     around = Neighbours.of(assembly, state, pieces, margin, state.near)
-    # pair codes, see _codes, of the blocks of pieces that are near, and of the joints
-    near_codes = np.sort(around.near.blocks, axis=1) @ (assembly.n_blocks, 1)
-    joint_codes = _codes(state.joints, assembly.n_blocks)
+    # pair codes of the blocks of pieces that are near, and of the joints
+    first, second = around.near.blocks.T
+    near_codes = pair_codes(first, second, assembly.n_blocks)
+    joint_codes = pair_codes(state.joints.block_a, state.joints.block_b, assembly.n_blocks)
     joined = among(near_codes, np.sort(joint_codes))  # pairs whose blocks have a joint
     if state.near is None:
         _allow(assembly, state, pieces, around.near, margin, near_codes, joint_codes, joined)
@@ -127,11 +129,6 @@ def redetect(assembly: Assembly, state: State, pieces: Pieces, *, margin: float,
     new = np.arange(int(stays.sum()), len(state.contact))
     state.total[E_DAMPING] += stored - state.part(new).measured(assembly).elastic_energy
     return Found(notes, soonest)
-
-
-def _codes(joints: Joints, n_blocks: int) -> Index:
-    """Pair code of every joint, its lower block times ``n_blocks`` plus its higher."""
-    return np.sort(np.column_stack([joints.block_a, joints.block_b]), axis=1) @ (n_blocks, 1)
 
 
 def _allow(
@@ -220,7 +217,7 @@ class _Search:
         """
         n, one, two = assembly.n_blocks, state.joints.block_a, state.joints.block_b
         self.assembly, self.pieces, self.margin, self.around, self.of_row = assembly, pieces, margin, around, code
-        rows, hit = among(_codes(state.joints, n), looked), np.zeros(n, dtype=bool)
+        rows, hit = among(pair_codes(one, two, n), looked), np.zeros(n, dtype=bool)
         hit[looked // n] = hit[looked % n] = True  # both blocks of every pair code
         # joints of these blocks, and of the blocks behind those joints
         for _ in range(2 if beside else 0):
@@ -231,7 +228,7 @@ class _Search:
         self.rot, self.place = state.bodies.rot + np.eye(3), assembly.centroids + state.bodies.shift
         now = self.now = part.measured(assembly)
         note_slid(part, now)
-        self.code, self.turn = _codes(part.joints, n), turned_since(part)
+        self.code, self.turn = pair_codes(part.joints.block_a, part.joints.block_b, n), turned_since(part)
         self.slip = largest_slip(part, now)
         flat = (part.contact == FACES) & ~(self.turn > TURN_LIMIT)
         self.bearings = Bearings.of(part, now, self.rot, flat) if beside else None
@@ -365,7 +362,7 @@ class _Search:
         if made:
             joints, count = made.joints, np.diff(made.joints.start)
             # and the joints that have just been made
-            k = np.searchsorted(self.looked, _codes(joints, self.assembly.n_blocks))
+            k = np.searchsorted(self.looked, pair_codes(joints.block_a, joints.block_b, self.assembly.n_blocks))
             spacing = np.sqrt(np.add.reduceat(made.points.area, joints.start[:-1]) / count)
             corner = made.heirs.contact > FACES
             np.minimum.at(move, k, np.where(corner, ALWAYS, slip_allowed(spacing, count)))

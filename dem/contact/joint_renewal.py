@@ -41,6 +41,11 @@ def among(values: Index, known: Index) -> Flags:
     return np.asarray(known[np.minimum(np.searchsorted(known, values), len(known) - 1)] == values)
 
 
+def pair_codes(one: Index, two: Index, n_blocks: int) -> Index:
+    """Code of every pair of blocks: its lower number times ``n_blocks`` plus its higher."""
+    return np.asarray(np.sort(np.column_stack([one, two]), axis=1) @ (n_blocks, 1))
+
+
 def slip_allowed(spacing: Array, count: Index | int) -> Array:
     """Slip [m] up to which a joint is neither worn nor may pivot on a wrong edge.
 
@@ -64,7 +69,7 @@ def outworn_joints(
     """Joints to drop or to cut anew.
 
     They have slid far, bear nothing beside another contact, have turned onto another face, or are open beyond the
-    margin. Blocks are told by pair codes: the lower number of two blocks times the number of all, plus the higher.
+    margin. Blocks are told by pair codes, see :func:`pair_codes`.
 
     Parameters
     ----------

@@ -69,14 +69,14 @@ class Neighbours(NamedTuple):
             since.offset[:] = np.diff(assembly.centroids[since.blocks], axis=1)[:, 0]
             since.turn[:, 0] = 1.0
         # the ground may travel far: pieces are placed against it, so that boxes stay valid
-        ground = b.shift[assembly.fixed].mean(axis=0) if assembly.fixed.any() else np.zeros(3)
+        ground = ground_shift(assembly, b.shift)
         place = assembly.centroids + b.shift - ground
         corners, low, high = placed(pieces, b.rot, place)
         near = _renewed(assembly, pieces, since, low, high, margin)
         m = len(near.pairs)
         offset, turn, moved, turned = np.empty((m, 3)), np.empty((m, 4)), np.empty(m), np.empty(m)
         kernels.relative_motion(near, b.quat, b.rot, place, pieces.reach, offset, turn, moved, turned)
-        # more than ALWAYS is enough for them, and those that have just come near have no place before
+        # pairs that are always looked at: 0 lies above ALWAYS. Those that have just come near had no pose to count from
         moved[near.move == ALWAYS] = 0.0
         p, q = near.pairs.T
         gap = np.maximum(low[p] - high[q], low[q] - high[p]).max(axis=1)
@@ -191,6 +191,20 @@ def near_margin(assembly: Assembly) -> float:
     return MARGIN * smallest_edge(assembly)
 
 
+def on_ground(assembly: Assembly) -> Flags:
+    """Blocks that go with the ground, shape (n,): those wholly held, else in x, y and z."""
+    return np.asarray(assembly.fixed if assembly.fixed.any() else assembly.held[:, :3].all(axis=1))
+
+
+def ground_shift(assembly: Assembly, shift: Array) -> Array:
+    """Mean displacement of the blocks that go with the ground [m], zero without any.
+
+    ``shift`` is that of every block [m], shape (n, 3).
+    """
+    held = on_ground(assembly)
+    return np.asarray(shift[held].mean(axis=0)) if held.any() else np.zeros(3)
+
+
 def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float]:
     """Block moved most against held ones, and how far its farthest corner has [m].
 
@@ -199,8 +213,7 @@ def farthest(assembly: Assembly, state: State, reach: Array) -> tuple[int, float
     reach : of every block, from the centroid to its farthest corner [m], shape (n,)
     """
     b = state.bodies
-    ground = b.shift[assembly.fixed].mean(axis=0) if assembly.fixed.any() else np.zeros(3)
-    moved = np.linalg.norm(b.shift - ground, axis=1)
+    moved = np.linalg.norm(b.shift - ground_shift(assembly, b.shift), axis=1)
     turned = 2.0 * np.arcsin(np.minimum(np.linalg.norm(b.quat[:, 1:], axis=1), 1.0))
     path = moved + turned * reach  # a bound
     return int(path.argmax()), float(path.max())

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from dem import kernels
+from dem.contact.joint_renewal import pair_codes
 from dem.contact.piece_contacts import least_area
 from dem.kernels import CROSSING, E_DAMPING, E_KINETIC, LAW, ROOM, Cut, Heirs, Joints, Meetings, Points, Poses
 from dem.kernels.cutting import LATTICE
@@ -85,7 +86,7 @@ def cut(
     # edges that cross meet in a point: no bond and no dilation there, and no damage is done. What the pair has suffered
     # before still counts: friction lies between peak and residual value as the damage says that its points inherit
     for column in (LAW.cohesion, LAW.rest_cohesion, LAW.tension, LAW.rest_tension, LAW.tan_psi, LAW.rest_tan_psi,
-                   LAW.by_opening, LAW.by_slip):
+                   LAW.by_opening, LAW.by_slip, LAW.secant):
         law[crosses, column] = 0.0
     law[crosses, LAW.cross] = 1.0
     joints = Joints(
@@ -124,11 +125,10 @@ def _laws(
     law : rows of the kernel, shape (k, columns)
     origin : -2 less the number of the interface whose law it is, -1 for an unbonded one, shape (k,)
     """
-    # interface of every pair of blocks, found by a code of the two: lower number times the number of blocks plus higher
-    x, (one, two), size = assembly.arrays, blocks, (assembly.n_blocks, 1)
-    code = np.sort(np.column_stack([x.block_a, x.block_b]), axis=1) @ size
+    # interface of every pair of blocks, found by the code of the two
+    x, (one, two), n = assembly.arrays, blocks, assembly.n_blocks
+    code, pair = pair_codes(x.block_a, x.block_b, n), pair_codes(one, two, n)
     order = np.argsort(code, kind="stable")
-    pair = np.sort(np.column_stack([one, two]), axis=1) @ size
     at = np.minimum(np.searchsorted(code[order], pair), len(code) - 1)
     own = order[at]
     has = code[own] == pair  # whether these blocks have an interface

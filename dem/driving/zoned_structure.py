@@ -333,7 +333,8 @@ class ZonedStructure(DrivenStructure):
         seconds : of this call; the curve's are those of the record, runs before it was taken up included
         """
         r, m = run.record.arrays(), self.model
-        slid, driven = float(np.nanmax(r["slip"][-1], initial=0.0)), int(np.argmax(np.abs(self.twist).max(axis=1)))
+        slid = float(np.nanmax(r["slip"][-1], initial=0.0))
+        driven = int(np.argmax(np.linalg.norm(self.twist[:, :2], axis=1)))  # the block that moves farthest
         steps_along = np.diff(m.sides.arc)  # from node to node along each side; not positive on to the next side
         shortest = float(steps_along[steps_along > 0.0].min())
         if slid > _SLID * shortest:

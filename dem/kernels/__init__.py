@@ -39,7 +39,6 @@ from dem.kernels.arrays import (
     E_KINETIC,
     E_SIZE,
     E_STEPS,
-    E_STOP,
     E_SUPPORT,
     E_VISCOSITY,
     E_VISCOUS,
@@ -56,9 +55,9 @@ from dem.kernels.arrays import (
 )
 from dem.kernels.block_contact_stiffness import add_springs
 from dem.kernels.compiled import ADDED
-from dem.kernels.contact_geometry import APART, CORNER, CROSSING, FACES, MOST, contact_shapes
+from dem.kernels.contact_geometry import APART, CROSSING, FACES, MOST, contact_shapes
 from dem.kernels.cutting import ROOM, Cut, Poses, cut_joints, facing_interface
-from dem.kernels.internal_edges import TURNED, Carrying, faces_that_go_on
+from dem.kernels.internal_edges import Carrying, faces_that_go_on
 from dem.kernels.joint_forces import contact_wrenches
 from dem.kernels.measure import measure
 from dem.kernels.outlines import SolidArrays, find_ends
@@ -71,11 +70,11 @@ from dem.kernels.threads import SHUT, threads_allowed
 from dem.kernels.ties import add_tie_forces
 
 __all__ = [
-    "ADDED", "APART", "COLUMNS", "CORNER", "CROSSING", "E_APPLIED", "E_BEGUN", "E_DAMPING", "E_FRACTURE", "E_FRICTION",
-    "E_KINETIC", "E_SIZE", "E_STEPS", "E_STOP", "E_SUPPORT", "E_VISCOSITY", "E_VISCOUS", "FACES", "LAW", "LAW_SIZE",
-    "MOST", "OF_A", "OF_B", "OF_BOTH", "ON_A", "ROOM", "SHUT", "SUMS", "TURNED", "UNKNOWN", "Acting", "BlockModes",
-    "Carrying", "Cut", "Heirs", "Joints", "Meetings", "NearPairs", "PieceArrays", "Points", "Poses", "RigidBodies",
-    "Scheme", "SolidArrays", "Team", "Testators", "Ties", "add_springs", "add_tie_forces", "advance", "bearing_ends",
+    "ADDED", "APART", "COLUMNS", "CROSSING", "E_APPLIED", "E_BEGUN", "E_DAMPING", "E_FRACTURE", "E_FRICTION",
+    "E_KINETIC", "E_SIZE", "E_STEPS", "E_SUPPORT", "E_VISCOSITY", "E_VISCOUS", "FACES", "LAW", "LAW_SIZE", "MOST",
+    "OF_A", "OF_B", "OF_BOTH", "ON_A", "ROOM", "SHUT", "SUMS", "UNKNOWN", "Acting", "BlockModes", "Carrying", "Cut",
+    "Heirs", "Joints", "Meetings", "NearPairs", "PieceArrays", "Points", "Poses", "RigidBodies", "Scheme",
+    "SolidArrays", "Team", "Testators", "Ties", "add_springs", "add_tie_forces", "advance", "bearing_ends",
     "contact_shapes", "contact_wrenches", "cut_joints", "face_planes", "faces_that_go_on", "facing_interface",
     "find_ends", "inherit", "keep_energy", "largest_elastic_slip", "measure", "place_pieces", "relative_motion",
     "rotation_of", "threads_allowed",

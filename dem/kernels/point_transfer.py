@@ -67,7 +67,8 @@ def inherit(
         for h in range(start[j], start[j + 1]):
             old = heirs_of[h]
             summed = summed or left.contact[old] == CROSSING
-            along = 1.0 if joints.block_b[old] == b else -1.0
+            same = joints.block_b[old] == b or joints.block_a[old] == a
+            along = 1.0 if same else -1.0
             for k in range(joints.start[old], joints.start[old + 1]):
                 for r in range(3):
                     total[r] += along * left.force[k, r]

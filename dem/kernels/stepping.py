@@ -238,10 +238,10 @@ def _move(
     force, old, past, half, trot, new = scratch
     vel, spin, ang, held, net = bodies.vel, bodies.spin, bodies.ang, bodies.held, bodies.net
     for i in range(part * n // parts, (part + 1) * n // parts):
-        still = True
+        still = True  # held, and at rest in the step before
         for k in range(6):
             old[k] = vel[i, k] if k < 3 else spin[i, k - 3]
-            still = still and held[i, k]
+            still = still and held[i, k] and old[k] == 0.0
         _loads_on(acting, step, i, bodies.rot, force)
         if modes is not None and acting.cases.shape[2] > 6:
             _arms_on(acting, step, i, trot)

@@ -50,13 +50,12 @@ def run(
     shared_advance(state, acting, scheme, drifts)
     state.time += steps * state.dt
     b = state.bodies
-    finite = state.modes is None or bool(np.isfinite(state.modes.value).all())
-    if not (finite and np.isfinite(state.total).all() and np.isfinite(b.shift).all() and np.isfinite(b.ang).all()):
-        bad = ~(np.isfinite(b.shift).all(axis=1) & np.isfinite(b.vel).all(axis=1) & np.isfinite(b.quat).all(axis=1))
-        block = int(np.flatnonzero(bad)[0]) if bad.any() else 0
+    of_modes = np.zeros((len(b.mass), 0)) if state.modes is None else state.modes.value
+    finite = np.isfinite(np.concatenate([b.shift, b.quat, b.vel, b.ang, of_modes], axis=1)).all(axis=1)
+    if not (finite.all() and np.isfinite(state.total).all()):
         raise UnstableError(
-            f"the state of block number {block} is not finite at step {state.total[kernels.E_STEPS]:.0f}: the time "
-            "step is too long for the stiffness, or a load is not finite"
+            f"the state of block number {np.argmin(finite)} is not finite at step {state.total[kernels.E_STEPS]:.0f}: "
+            "the time step is too long for the stiffness, or a load is not finite"
         )
 
 
@@ -81,7 +80,7 @@ def without_arms(cases: Array) -> Array:
 def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
     """Give blocks at rest the velocities of half a step ago.
 
-    Under the force F of loads and joints they are v(-1/2) = -dt F / (2 m). The first step then leads to
+    Under the force F of loads, joints and ties they are v(-1/2) = -dt F / (2 m). The first step then leads to
     v(1/2) = dt F / (2 m), and x(n) is that of time n dt. A whole step from rest would be half a step ahead for good.
 
     Parameters
@@ -95,6 +94,11 @@ def stand_back(state: State, assembly: Assembly, wrench: Array) -> None:
     if len(arms):
         # moment of the loads as their points have turned with the block
         wrench[:, 3:] += axial(b.rot @ arms)
+    if len(state.ties.block_a):
+        # on copies: no tie yields before the first step
+        pulled, ties = b._replace(contact=np.zeros_like(b.contact)), state.ties
+        kernels.add_tie_forces(ties._replace(plastic=ties.plastic.copy()), pulled, np.zeros(kernels.E_SIZE))
+        wrench += pulled.contact
     # forces of the joints act on b, and the opposite ones on a
     for block, sign in ((state.joints.block_a[now.owner], -1.0), (state.joints.block_b[now.owner], 1.0)):
         turning = np.cross(now.position - place[block], now.force)

@@ -131,6 +131,6 @@ def marks_of(
     with np.errstate(invalid="ignore"):  # an interface without points has no area
         part_failed = np.bincount(interface, area * failed, count) / np.bincount(interface, area, count)
     return JointMarks(
-        opening=largest(opening), slip=largest(slip), crushed=largest(depth), used=largest(np.minimum(used, 1.0)),
-        failed=part_failed,
+        opening=largest(opening), slip=largest(slip), crushed=largest(depth),
+        used=largest(np.where(failed, 1.0, np.minimum(used, 1.0))), failed=part_failed,
     )

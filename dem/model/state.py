@@ -297,8 +297,9 @@ class State:
         that were found anew count as 1. The shape is (m,).
         """
         owner = owners(self.joints)
-        first = assembly.arrays.block_a[self.interface]
-        return np.where((self.interface >= 0) & (self.joints.block_a != first), -1.0, 1.0)[owner]
+        kept = self.interface >= 0
+        first = assembly.arrays.block_a[np.where(kept, self.interface, 0)]
+        return np.where(kept & (self.joints.block_a != first), -1.0, 1.0)[owner]
 
     def resultants(self, assembly: Assembly) -> Resultants:
         """Resultants of the interfaces and ties of an assembly, from contact forces.

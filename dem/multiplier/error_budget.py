@@ -52,13 +52,13 @@ def error_budget(
     notes: list[str] = []
     for number, check in enumerate(chosen.error_budget, 1):
         reached(number * share, f"error budget: {check}", share=share)
-        changed = unloaded_state(assembly, loads, chosen, check)
         # ten times as stiff, joints give a tenth as much before blocks move on; 0.3 is chosen
         limit = (0.3 if check == "stiffness" else 1.0) * controls.moved_limit
         near = replace(controls, tolerance=2.0 * controls.tolerance, moved_limit=limit)
         if check == "rate":
             again = _at_half_rate(assembly, loads, found, near)
         else:
+            changed = unloaded_state(assembly, loads, chosen, check)
             again = increments(assembly, loads, changed, near, through=[part * found.stable for part in APPROACH])
         if "interrupted" in again.details:
             notes.append(f"interrupted while the search was repeated for the {check}: the budget is incomplete")
@@ -110,7 +110,8 @@ def _same(found: Search, again: Search) -> bool:
 
 def _at_half_rate(assembly: Assembly, loads: Loads, found: Search, c: Controls) -> Search:
     """Repeat of a search's last tenth in halved increments, with controls ``c``."""
-    begin, state = found.near if found.near is not None else (0.0, found.state)
+    assert found.near is not None  # as of any search that has a bracket
+    begin, state = found.near
     climbed = [begin]  # loads that stood on the way up
     for value, verdict in found.record:
         if verdict.outcome == EQUILIBRIUM and value > climbed[-1]:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from dem.contact.near import on_ground
 from dem.stages.history import History
 from limitmason.checks import count, instance, not_negative, positive
 from limitmason.errors import InputError
@@ -44,7 +45,7 @@ def white_noise(
         raise InputError(f"white noise: lowest must be below highest, got {lowest!r} and {highest!r} Hz")
     count("white noise: seed", seed, least=0)
     step = _SHORTEST / highest if sample_step is None else positive("white noise: sample_step", sample_step, "s")
-    n = round(duration / step)
+    n = max(round(duration / step), 1)  # less than a sample is too short for any wave
     if not 0.5 / step > highest:  # Nyquist's frequency
         raise InputError(f"sample_step {step:g} s is too long for {highest:g} Hz")
     frequency = np.fft.rfftfreq(n, step)
@@ -109,7 +110,7 @@ def identify(
     even = np.abs(gaps - step) < _EVEN * step
     # the longest stretch of equal gaps, as the ends of stages are sampled too: stretches begin and end at ``edges``
     edges = np.flatnonzero(np.diff(np.concatenate([[False], even, [False]]).astype(int)))
-    first, last = max(zip(edges[::2], edges[1::2], strict=True), key=lambda e: e[1] - e[0])
+    first, last = max(zip(edges[::2], edges[1::2], strict=True), key=lambda e: e[1] - e[0], default=(0, 0))
     # sampled by time a run has few equal gaps in a row: they must be most of their stage
     stage = history.scalars["stage"]
     if 2 * (last - first) < np.count_nonzero(stage == stage[last]):
@@ -119,7 +120,7 @@ def identify(
         )
     rows = slice(first + int(np.ceil(skip / step)), last + 1)
     # all held blocks move with the ground: the first stands for it
-    held = np.flatnonzero(assembly.fixed)
+    held = np.flatnonzero(on_ground(assembly))
     base = history.displacement_of(int(held[0]))[rows] if len(held) else 0.0
     signals = []
     for block, axis in channels:

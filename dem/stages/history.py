@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dem.contact.near import on_ground
 from dem.kernels import E_BEGUN
 from dem.model.joint_marks import MARKS, JointMarks
 from dem.model.joints import losses
@@ -292,10 +293,11 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
 
     def _against_ground(self) -> Array:
         """Displacement of recorded blocks against the held ones [m], (samples, r, 3)."""
-        held = self.assembly.fixed[self._blocks]
+        grounded = on_ground(self.assembly)
+        held = grounded[self._blocks]
         if held.any():
             return np.asarray(self.shift - self.shift[:, held].mean(axis=1, keepdims=True))
-        if self.state.mode == DYNAMIC and self.assembly.fixed.any():
+        if self.state.mode == DYNAMIC and grounded.any():
             raise InputError("displacements count from the ground, and no held block is among Store(blocks=...)")
         return self.shift
 

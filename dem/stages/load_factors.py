@@ -51,21 +51,24 @@ def _turned(here: Array, part: Array, stage: Tilt) -> Array:
     InputError
         For an axis that is not horizontal.
     """
+    # a weight that is scaled stays so; that of turned tables is 1 but for rounding
+    weight = float(np.linalg.norm(here))
+    weight = 1.0 if abs(weight - 1.0) < _OFF else weight
     axis = np.asarray(stage.axis, dtype=float)
     size = np.linalg.norm(axis)
     if not size > 0 or abs(axis[2]) > _LEVEL * size:
         raise InputError(f"tilting axis {stage.axis} is not horizontal")
     x, y = axis[1] / size, -axis[0] / size  # unit vector downhill: the axis turned by a right angle
     end = float(np.deg2rad(stage.to_deg))
-    if abs(here[1] * y - here[2] * x) > _OFF:
+    if abs(here[1] * y - here[2] * x) > _OFF * weight:
         # an earlier stage has turned the table about another axis. The weight turns on evenly, on the great circle from
         # where it points to where it will (spherical interpolation)
         here, there = here / np.linalg.norm(here), np.array([np.cos(end), np.sin(end) * x, np.sin(end) * y])
         angle_between = float(np.arccos(here @ there))
         done = part * angle_between
         shares = np.sin(np.column_stack([angle_between - done, done])) / np.sin(angle_between)
-        return np.asarray(shares @ np.array([here, there]))
+        return weight * np.asarray(shares @ np.array([here, there]))
     # about one axis the angle grows evenly
     begin = float(np.arctan2(here[1] * x + here[2] * y, here[0]))
     angle = begin + part * (end - begin)
-    return np.column_stack([np.cos(angle), np.sin(angle) * x, np.sin(angle) * y])
+    return weight * np.column_stack([np.cos(angle), np.sin(angle) * x, np.sin(angle) * y])

@@ -107,7 +107,7 @@ def stage_length(stage: Stage) -> tuple[int | None, float | None]:
     Raises
     ------
     InputError
-        When not exactly one is given, or it is not positive.
+        When not exactly one is given.
     """
     if isinstance(stage, BaseMotion):
         if len(stage.acceleration) < 2:
@@ -116,6 +116,4 @@ def stage_length(stage: Stage) -> tuple[int | None, float | None]:
     steps, duration = getattr(stage, "steps", None), getattr(stage, "duration", None)
     if (steps is None) == (duration is None):
         raise InputError(f"{type(stage).__name__}: give either steps or duration")
-    if not (steps or duration or 0) > 0:
-        raise InputError(f"{type(stage).__name__}: steps or duration must be positive")
     return (None if steps is None else int(steps)), duration

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from dem.contact.near import ground_shift
 from dem.default_damping import FREE, RAMPING, SETTLING
 from dem.model.advance import run
 from dem.model.stable_step import block_stiffness
@@ -340,9 +341,9 @@ class StageRun:
             over = over or (rec.state.mode != DYNAMIC and rec.fallen(at.shift))
         if stage.stop_when_moved is not None:
             start = at.shift
-            # against a ground that moves, the mean of the held blocks
+            # against a ground that moves
             if isinstance(stage, BaseMotion) or rec.state.ground.any():
-                start = start + (rec.state.bodies.shift - start)[rec.assembly.fixed].mean(axis=0)
+                start = start + ground_shift(rec.assembly, rec.state.bodies.shift - start)
             over = over or displacement_since(rec.state, start, at.quat, rec.scale) > stage.stop_when_moved
         return over
 

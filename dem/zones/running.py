@@ -50,14 +50,15 @@ class Reading(NamedTuple):
     shear: Array
 
 
-def advance(model: ZonedModel, steps: int, damping: float = ZONES, *, drifts: bool = False) -> None:
+def advance(model: ZonedModel, steps: int, *, drifts: bool = False) -> None:
     """Advance by a number of steps under the loads and drives as they are.
+
+    Local damping is that for which masses are scaled, :data:`dem.default_damping.ZONES`.
 
     Parameters
     ----------
     model : changed
     steps : how many
-    damping : factor of local damping [-]
     drifts : whether it is combined damping for parts that move on steadily
 
     Raises
@@ -66,7 +67,7 @@ def advance(model: ZonedModel, steps: int, damping: float = ZONES, *, drifts: bo
         Where a node has left the structure's surroundings, a zone is pressed flat, or a stress could not be returned to
         its surface.
     """
-    advance_zones(model.arrays, steps, model.dt, damping, drifts)
+    advance_zones(model.arrays, steps, model.dt, ZONES, drifts)
     blocks, mesh, shift = model.assembly.blocks, model.mesh, model.nodes.shift
     lost = ~np.isfinite(shift).all(axis=1)
     if lost.any():
@@ -188,18 +189,3 @@ def drive(model: ZonedModel, velocity: Array, held: Flags) -> None:
     """
     model.rigid.held[:] |= held
     model.rigid.drive[held] = velocity[held]
-
-
-def energy_error(model: ZonedModel, at_start: float = 0.0) -> float:
-    """Work less what is stored, lost and in motion, divided by the work [-].
-
-    It is the work of loads and supports since the first step.
-
-    Parameters
-    ----------
-    at_start : elastic energy before the first step [J]
-    """
-    total = model.total
-    work = total[Z_APPLIED] + total[Z_SUPPORT]
-    rest = total[Z_LOST].sum() + total[Z_KINETIC] + read(model).energy - at_start  # lost, in motion and stored
-    return float((work - rest) / max(abs(work), 1e-300))

@@ -10,6 +10,7 @@ from dem.kernels import zones as kernel
 from dem.kernels.zone_measure import measure_zones
 from dem.kernels.zone_motion import advance_zones
 from dem.zones.assemble_zones import make_zones
+from dem.zones.running import read
 from dem.zones.zoned_model import largest_eigenvalue, stable_masses
 from limitmason.deformable import PLANE_STRESS
 
@@ -85,3 +86,11 @@ class ZoneBody:
         k = self.stiffness[self.free][:, self.free]
         u[self.free] = solution(k, self.nodes.load.ravel()[self.free])
         return u.reshape(-1, 2)
+
+
+def energy_error(model):
+    """Work of loads and supports less what is stored, lost and in motion, over the work, of a zoned model [-]."""
+    total = model.total
+    work = total[arrays.Z_APPLIED] + total[arrays.Z_SUPPORT]
+    rest = total[arrays.Z_LOST].sum() + total[arrays.Z_KINETIC] + read(model).energy
+    return float((work - rest) / max(abs(work), 1e-300))

@@ -1,5 +1,6 @@
 """Base motion: the ground follows its record, and friction carries or drags what stands on it."""
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -93,3 +94,21 @@ def test_a_record_is_not_changed_with_the_array_it_was_made_of():
     assert motion.displacement([0.0, 0.01])[0] == 0.0
     three = dem.BaseMotion(np.ones((4, 3)), 0.01)
     assert three.corrected().acceleration == ((0.0, 0.0, 0.0),) * 4
+
+
+def test_a_table_that_may_turn_is_ground_too():
+    """Held in x, y and z alone: how far blocks moved was no number, or counted the way of the ground."""
+    free = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], joint=lm.Joint(35.0, normal_stiffness=1e9))
+    table = lm.Support("block-0", translations=True, dofs=("rx", "ry"))
+    shake = dem.BaseMotion(0.4 * GRAVITY * np.sin(12.0 * np.arange(0.0, 0.3, 0.01)), 0.01, after="coast")
+    kept, turns = (
+        dem.simulate(made, shake, mode="dynamic", contact_points=(2, 2))
+        for made in (free, free.with_supports([table]))
+    )
+    assert kept.quantities["peak displacement"] < 1e-3 < 0.1 < np.abs(kept.shift).max()
+    assert turns.quantities["peak displacement"] == pytest.approx(kept.quantities["peak displacement"], rel=0.1)
+    stopped = dem.simulate(
+        free.with_supports([table]), dataclasses.replace(shake, stop_when_moved=1e-8), mode="dynamic",
+        contact_points=(2, 2), sample=20,
+    )
+    assert stopped["time"][-1] < 0.5 * turns["time"][-1]

@@ -339,3 +339,16 @@ def test_a_record_that_ends_with_velocity_must_say_what_the_ground_does_then():
         shaken(push, 0.01, after="stop")
     with pytest.raises(ValueError, match="not finite"):
         shaken([0.0, np.nan], 0.01)
+
+
+def test_resultants_leave_out_contacts_that_were_cut_anew_of_the_last_interface_too():
+    joint = lm.Joint(30.0, normal_stiffness=1e8, shear_stiffness=5e7)
+    solids = [box((-1, -1, -0.2), (1, 1, 0)), *(box((-0.1, -0.1, z), (0.1, 0.1, z + 0.2)) for z in (0.0, 0.2))]
+    a = lm.Assembly.from_polyhedra(solids, joint=joint, fixed=[0])
+    state = dem.simulate(a, dem.Settle(), contact_points=(3, 3)).state
+    before = state.resultants(a)
+    # joints cut anew from interface i are marked -2 - i
+    state.interface[1] = -2 - 1
+    after = state.resultants(a)
+    assert after.normal[0] == before.normal[0] > 0.0
+    assert after.normal[1] == 0.0

@@ -44,6 +44,11 @@ def test_a_wrong_setting_is_named(wrong, words):
             refused()
 
 
+def test_a_wrong_interval_of_searches_is_refused_before_a_structure_settles():
+    with pytest.raises(InputError, match="detect_every"):
+        dem.PushSettings(detect_every=0)
+
+
 def test_an_unknown_setting_is_refused_by_name():
     with pytest.raises(TypeError, match="damp"):
         dem.collapse(*block(), damp=0.4)

@@ -61,6 +61,14 @@ def test_a_table_turned_about_a_second_axis_goes_there_evenly_by_the_shortest_wa
     assert np.abs(pull @ np.cross(first, last)).max() < 1e-3
 
 
+def test_half_the_weight_that_acts_turns_as_half_the_weight():
+    b = on_slab([((0, 0, 0), (0.4, 0.3, 0.1))], joint=lm.Joint(40.0, normal_stiffness=1e9, shear_stiffness=5e8))
+    tilts = [dem.Tilt(to_deg=20.0, steps=500), dem.Tilt(to_deg=10.0, steps=500, axis=(1.0, 0.0, 0.0))]
+    h = dem.simulate(b, tilts, factors=(1.0, 0.5, 0.0, 0.0, 0.0), sample=500)
+    end = np.deg2rad(10.0)
+    assert h.factors == pytest.approx((1.0, 0.5 * np.cos(end), 0.0, 0.0, -0.5 * np.sin(end)), abs=1e-12)
+
+
 def test_a_driven_block_is_dragged_with_its_weight_times_friction():
     b = on_slab([((0, 0, 0), (0.3, 0.3, 0.2))], mu=0.4)
     h = dem.simulate(b, [dem.Settle(), dem.Drive(displacement={1: {"x": 1e-3}}, steps=5000)])
@@ -381,3 +389,17 @@ def test_what_starts_from_rest_is_not_half_a_step_ahead():
 def test_a_target_that_is_not_finite_is_refused(made):
     with pytest.raises(InputError, match="must be (a |three )?finite"):
         made()
+
+
+@pytest.mark.parametrize("rest", [0.0, None])
+def test_a_joint_that_is_torn_has_used_all_of_its_strength_from_then_on(rest):
+    """Its part in use was 0 again once a brittle bond had broken."""
+    joint = lm.Joint(
+        30.0, cohesion=1e5, tensile_strength=5e4, residual_cohesion=rest, residual_tensile_strength=rest,
+        normal_stiffness=1e8,
+    )
+    up = {"z": 1e-3} | dict.fromkeys(("x", "y", "rx", "ry", "rz"), 0.0)
+    drive = dem.Drive({"block-1": up}, steps=200)
+    h = dem.simulate(on_slab([((0, 0, 0), (0.4, 0.4, 0.2))], joint=joint), drive, contact_points=(3, 3), sample=40)
+    # ft / kn is half of the way
+    assert h.used[:, 0] == pytest.approx([0.4, 0.8, 1.0, 1.0, 1.0], rel=1e-6)

@@ -165,3 +165,23 @@ def test_ties_shorten_the_stable_step_of_real_masses():
     soft = initial_state(slider(), loads, contact_points=(2, 2), mode="dynamic")
     stiff = initial_state(slider(stiffness=1e13), loads, contact_points=(2, 2), mode="dynamic")
     assert stiff.dt < 0.5 * soft.dt
+
+
+def test_a_block_let_go_on_a_stretched_tie_is_not_half_a_step_ahead():
+    """Central differences swing at sin(w' dt / 2) = w dt / 2, w^2 = k / m, and begin at rest."""
+    tied, pulled = slider(yield_force=1e9), 1e-4
+    none = lm.Loads(np.zeros((2, 6)), np.zeros((2, 6)))
+    options = dem.JointOptions(dashpot=0.0)
+    state = dem.initial_state(tied, none, mode="dynamic", contact_points=(2, 2), joint_options=options)
+    # clear of the ground; the line of the tie goes through the centroid
+    middle = tied.centroids[1]
+    state.ties.arm_a[0] = 0.0
+    state.ties.span[0] = (-1.0, 0.0, 0.0)
+    state.ties.length[0] = 1.0
+    state.ties.arm_b[0] += middle - (1.0, 0.0, 0.0) - (-0.5, 0.5, 0.0)
+    state.bodies.shift[1, 0] = pulled
+    state.points.gap[:] = 1.0
+    h = dem.simulate(tied, dem.Hold(steps=20), start=state, loads=none, mode="dynamic", sample=1, detect_every=None)
+    w, dt = np.sqrt(STIFFNESS / tied.arrays.mass[1]), h.state.dt
+    angle = 2.0 * np.arcsin(0.5 * w * dt) * np.arange(1, 21)
+    assert h.shift[:, 1, 0] == pytest.approx(pulled * np.cos(angle), abs=1e-9 * pulled)

@@ -208,3 +208,30 @@ def test_a_crossing_slides_at_the_friction_that_the_damage_of_its_pair_has_left(
     assert np.hypot(force[1], force[2]) == pytest.approx(mu * normal, rel=1e-6)
     assert np.hypot(*h.reaction_of("block-2")[-1, 1:3]) == pytest.approx(mu * normal, rel=1e-6)
     assert h.state.points.damage.tolist() == [damage]
+
+
+def test_a_joint_takes_over_the_force_of_a_crossing_and_of_a_joint_beside_it_in_one_sense():
+    """A slider, block a of every joint, pushes 3 N on one stone and 5 N on another: the new joint has 8 N, not 2 N."""
+    def points(**of):
+        return kernels.Points(**{name: of.get(name, np.zeros(1)) for name in kernels.Points._fields})
+
+    def joints(block_b):
+        k = len(block_b)
+        law = np.zeros((k, kernels.LAW_SIZE))
+        law[:, [kernels.LAW.kn, kernels.LAW.ks]] = 2.0
+        return kernels.Joints(
+            block_a=np.zeros(k, np.int64), block_b=np.array(block_b), start=np.arange(k + 1), frame=np.zeros((k, 3, 3)),
+            turn=np.zeros((k, 4)), arm_a=np.zeros((k, 3)), arm_b=np.zeros((k, 3)), offset=np.zeros((k, 3)), law=law,
+            edge=np.zeros((k, 3)), limits=np.zeros((k, 4)),
+        )
+
+    old = kernels.Points(*(np.ones(2) for _ in kernels.Points._fields))
+    new, place = points(area=np.ones(1)), np.zeros((1, 3))
+    left = kernels.Testators(
+        np.array([kernels.CROSSING, kernels.FACES]), np.zeros((2, 3)), np.array([[3.0, 0.0, 0.0], [5.0, 0.0, 0.0]])
+    )
+    heirs = kernels.Heirs(np.array([kernels.FACES]), np.eye(3)[None], place, np.zeros(1), np.zeros((1, 2)), np.zeros(1))
+    kernels.inherit(
+        old, joints([2, 1]), left, np.array([0, 2]), np.array([0, 1]), np.array([1, 0]), new, joints([2]), heirs
+    )
+    assert new.slip_1.tolist() == [(3.0 + 5.0) / 2.0]

@@ -173,3 +173,16 @@ def test_a_jack_on_what_is_driven_or_held_up_or_that_is_none_is_refused_as_of_ot
     drive = dem.Drive({"top": {"z": -1.0}}, servo=servo)
     with pytest.raises(InputError, match="its vertical is held or driven already|must be a Servo, got 100.0"):
         dem.push(stacked(1), drive, to=1e-4, blocks="zoned", zone_size=0.1)
+
+
+def test_the_settlement_is_that_of_the_block_that_moves_farthest_and_not_of_one_that_turns_more():
+    outlines = [[[-1.0, -0.1], [1.0, -0.1], [1.0, 0.0], [-1.0, 0.0]]] + [
+        [[x, z], [x + 0.2, z], [x + 0.2, z + 0.1], [x, z + 0.1]] for x in (0.0, 0.5) for z in (0.0, 0.1)
+    ]
+    names, joint = ["ground", "low", "top", "side", "lid"], lm.Joint(30.0, normal_stiffness=1e11)
+    made = lm.Assembly.from_polygons(outlines, thickness=0.1, joint=joint, fixed=["ground"], names=names)
+    drive = dem.Drive({"top": {"z": -1.0}, "lid": {"ry": 5.0}})
+    curve = zoned(made.with_material(STIFF), drive, to=1e-6, zone_size=0.1, samples=10, steps=100, rate_check=False)
+    # each joint closes by the weight above it over its stiffness
+    area = 0.2 * 0.1
+    assert curve.settlement == pytest.approx((made.weights[2] + made.weights[1:3].sum()) / (1e11 * area), rel=0.05)

@@ -143,7 +143,13 @@ def test_wrong_input_is_refused(runs):
     with pytest.raises(InputError, match="not evenly spaced: simulate with sample= a whole"):
         dem.identify(moving, [(1, "x")])
     assert np.std(dem.white_noise(2.0, rms=0.3, highest=20.0).acceleration) == pytest.approx(0.3)
+    # two gaps, neither of which is their median
+    short = dem.simulate(column, dem.Hold(steps=50), mode="dynamic", sample=20)
+    with pytest.raises(InputError, match="not evenly spaced"):
+        dem.identify(short, [(1, "x")])
     with pytest.raises(InputError, match="lowest"):
         dem.white_noise(10.0, rms=1.0, highest=0.05)
     with pytest.raises(InputError, match=r"0\.02 s are too short"):
         dem.white_noise(0.02, rms=1.0)
+    with pytest.raises(InputError, match=r"0\.0001 s are too short"):
+        dem.white_noise(0.0001, rms=1.0)
