@@ -69,7 +69,7 @@ LINES = ("-", "--", ":", "-.")
 
 def of_covariate(result: Any, name: str) -> bool:
     """Whether the verdict names this covariate, in all kinds of data or within one."""
-    return result.covariate is not None and result.covariate.split(" in ")[0] == name
+    return result.covariate is not None and result.design.recorded_as(result.covariate) == name
 
 
 def residual_panel(

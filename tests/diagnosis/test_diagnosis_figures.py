@@ -14,7 +14,7 @@ import limitmason as lm
 from limitmason.diagnosis import Cause, Noise, Study
 from limitmason.diagnosis.verdict_text import headline
 from limitmason.errors import InputError
-from limitmason.figures.residuals import kinds_note, residual_panel
+from limitmason.figures.residuals import kinds_note, of_covariate, residual_panel
 
 KINDS = ("none", "cause", "either", "two", "unexplained", "scatter")
 TWIN = Cause("thickness <loss>", "twin", 0.0, (0.0, 0.02), "the same & more", "measurement", pulled)
@@ -276,3 +276,11 @@ def test_names_with_dollar_signs_are_written_as_they_are_and_a_file_is_no_folder
     for folder in (tmp_path / "picture.png", tmp_path / "picture.png" / "inside"):
         with pytest.raises(InputError, match=r"picture.png is a file"):
             lm.figures.diagnosis_folder(SimpleNamespace(answer=found), folder)
+
+
+def test_a_covariate_is_the_one_of_the_verdict_whatever_its_name():
+    """A name with " in " was cut there, and its panel of residuals showed no trend."""
+    columns = {"height in m": HEIGHTS, "courses": np.arange(len(HEIGHTS)) % 2}
+    tall = study(data(seed=5) * np.exp(0.5 * HEIGHTS), covariates=columns).diagnose(CAUSES[2:], draws=299, pairs=False)
+    assert tall.covariate == "height in m"
+    assert [of_covariate(tall, name) for name in columns] == [True, False]
