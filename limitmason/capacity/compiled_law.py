@@ -1,7 +1,8 @@
 """Return map of the joint law point by point, compiled: :mod:`limitmason.capacity.point_law` says what it is.
 
 Arrays are of m points with c components, normal first. The law of one point, ``s``, ``peak`` or ``rest``, is
-(tan(phi), tan(psi) [-], cohesion, tension and crushing strength [Pa]). ``kn`` and ``ks`` are stiffnesses [Pa/m], (m,).
+(tan(phi), tan(psi) [-], cohesion, tension and crushing strength [Pa]); ``strength``, ``peaks`` and ``rests`` have it of
+every point, (5, m). ``kn`` and ``ks`` are stiffnesses [Pa/m], (m,).
 ``old_slip`` and ``old_lift`` are plastic slip and opening before the step [m], (m, c - 1) and (m,). ``displacement`` is
 that of b against a, opening positive [m], (m, c).
 """
@@ -11,8 +12,6 @@ from typing import TypeAlias
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-
-from limitmason.mechanics.law import PointLaw
 
 Array = NDArray[np.float64]
 Strength: TypeAlias = tuple[float, float, float, float, float]
@@ -37,9 +36,9 @@ _BITS = 52
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _at(law: PointLaw, m: int) -> Strength:
+def _at(law: Array, m: int) -> Strength:
     """The law of point m."""
-    return law.tan_phi[m], law.tan_psi[m], law.cohesion[m], law.tension[m], law.crushing[m]
+    return law[0, m], law[1, m], law[2, m], law[3, m], law[4, m]
 
 
 @njit(cache=True, error_model="numpy", inline="always")
@@ -108,7 +107,7 @@ def _corrected(
 
 @njit(cache=True, error_model="numpy")
 def returned(
-    strength: PointLaw, kn: Array, ks: Array, floor: float, old_slip: Array, old_lift: Array, displacement: Array,
+    strength: Array, kn: Array, ks: Array, floor: float, old_slip: Array, old_lift: Array, displacement: Array,
     stress: Array, slip: Array, lift: Array, tangent: Array,
 ) -> None:
     """Write stress and history of every point by strengths that stay, and the consistent tangent if asked.
@@ -188,7 +187,7 @@ def _slip_to_tip(
 
 @njit(cache=True, error_model="numpy")
 def slips_to_tip(
-    strength: PointLaw, ks: Array, began: Array, tried: Array, normal: Array, slip: Array, out: Array
+    strength: Array, ks: Array, began: Array, tried: Array, normal: Array, slip: Array, out: Array
 ) -> None:
     """Write :func:`_slip_to_tip` of every point [m], (m,).
 
@@ -259,7 +258,7 @@ def _damage(
 
 @njit(cache=True, error_model="numpy")
 def softened(
-    peaks: PointLaw, rests: PointLaw, by_opening: Array, by_slip: Array, kn: Array, ks: Array, floor: float,
+    peaks: Array, rests: Array, by_opening: Array, by_slip: Array, kn: Array, ks: Array, floor: float,
     began: Array, old_slip: Array, old_lift: Array, old_damage: Array, displacement: Array, stress: Array, slip: Array,
     lift: Array, damage: Array, tangent: Array,
 ) -> None:

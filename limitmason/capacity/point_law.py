@@ -129,11 +129,12 @@ def return_map(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) 
     from limitmason.capacity import compiled_law
 
     history = found.history
-    before = np.ascontiguousarray(np.broadcast_to(old.damage, law.kn.shape), float)
+    # copies: an array that may not be written is another type to the compiler, which would compile all once more
+    before = np.array(np.broadcast_to(old.damage, law.kn.shape), order="C")
     damage = before.copy()
     compiled_law.softened(
-        law.strength, law.softening.rest, *law.softening.gradual, law.kn, law.ks, _OPEN_TANGENT,
-        np.ascontiguousarray(old.began()), old.slip, old.lift, before, displacement, found.stress, history.slip,
+        np.array(law.strength), np.array(law.softening.rest), *law.softening.gradual, law.kn, law.ks, _OPEN_TANGENT,
+        np.array(old.began(), order="C"), old.slip, old.lift, before, displacement, found.stress, history.slip,
         history.lift, damage, tangent,
     )
     return found._replace(history=history._replace(damage=damage, stress=found.stress))
@@ -162,7 +163,7 @@ def _returned(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array, t
 
     stress, slip, lift = np.empty(displacement.shape), np.empty(old.slip.shape), np.empty(old.lift.shape)
     compiled_law.returned(
-        law.strength_at(old.damage), law.kn, law.ks, _OPEN_TANGENT, old.slip, old.lift, displacement, stress,
+        np.array(law.strength_at(old.damage)), law.kn, law.ks, _OPEN_TANGENT, old.slip, old.lift, displacement, stress,
         slip, lift, tangent,
     )
     return Returned(stress, PlasticHistory(slip, lift, old.damage), tangent)
@@ -184,5 +185,5 @@ def slip_under_strength(
     from limitmason.capacity import compiled_law
 
     out = np.empty(len(slip))
-    compiled_law.slips_to_tip(s, law.ks, np.ascontiguousarray(old.began()), tried, normal, slip, out)
+    compiled_law.slips_to_tip(np.array(s), law.ks, np.array(old.began(), order="C"), tried, normal, slip, out)
     return out
