@@ -78,10 +78,11 @@ class StepCertificate(NamedTuple):
 
     @property
     def accepted(self) -> bool:
-        """Whether equilibrium, law, damage, flow rule and energy hold.
+        """Whether equilibrium, law, damage and flow rule hold, and no energy is made.
 
-        Each is asked to ``_KEPT``, and no point may make energy by its slip. Of a jump flow rule, sense and loss of
-        slip are not asked; as its path is not known it may seem to make energy, up to ``_CREATED``.
+        Departures must be below ``_KEPT``. In an ordinary step no point may make energy by its slip. ``energy`` is not
+        judged there: it is the error of the trapezoids, which falls with the length of the step. Of a jump flow rule,
+        sense and loss of slip are not asked. As its path is not known it may seem to make energy, up to ``_CREATED``.
         """
         return (
             self.equilibrium < _KEPT

@@ -283,7 +283,8 @@ class PushoverCurve(Curve):
         """Whether sample ``step`` would stand under its load alone, or is held by the control.
 
         By the sign of the determinant of the tangent (sliding points slide on, open ones stay open) against that of
-        sample 0, which is taken as stable: an even number of modes lost at once is not seen.
+        sample 0, which is taken as stable: an even number of modes lost at once is not seen. A singular tangent,
+        sign 0, counts as one of another sign. ``UNSTABLE`` is a state that not even the control holds.
 
         Raises
         ------
