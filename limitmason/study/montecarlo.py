@@ -194,18 +194,19 @@ def _variables(
     build: Any, joints: Mapping[str, Random] | None, parameters: Mapping[str, Random] | None,
     blocks: Mapping[str, Random],
 ) -> tuple[list[str], dict[str, Random], dict[str, Random]]:
-    """Names of what is drawn once per assembly, and both mappings checked.
+    """Check ``build`` and what varies of it, and name what is drawn once per assembly.
 
     Parameters
     ----------
     build : pair of assembly and loads, or a function of the parameters that returns one
-    joints, blocks : what varies of each, by property
+    joints : what varies of them, by property
+    blocks : the same of blocks, which :func:`.random_joints.check_block_draws` has checked
     parameters : what varies among the arguments of ``build``, by name
 
     Returns
     -------
     once : names of what is drawn once per assembly
-    joints, parameters : both mappings
+    joints, parameters : both mappings, empty for None
     """
     joints, parameters = dict(joints or {}), dict(parameters or {})
     if not callable(build):
