@@ -75,9 +75,10 @@ def identify(
 
     Parameters
     ----------
-    history : of a dynamic run with a :class:`BaseMotion`, see :func:`white_noise`; ``sample`` steps apart in time
+    history : of a dynamic run with a :class:`BaseMotion`, see :func:`white_noise`. Only its longest stretch of samples
+        at equal steps in time is read
     channels : blocks and directions, ("stone 3", "y"), whose centroids' displacements are the signals
-    skip : time at the beginning that is left out [s]
+    skip : time that is left out at the beginning of this stretch [s], not of the whole history
     options : method, count, band and others of :func:`limitmason.vibration.identification.identify_modes`
 
     Returns
@@ -87,7 +88,7 @@ def identify(
     Raises
     ------
     InputError
-        For a history that is not dynamic or not evenly sampled, and for unknown channels.
+        For a history that is not dynamic, too short or not evenly sampled, a negative ``skip`` and unknown channels.
 
     Notes
     -----

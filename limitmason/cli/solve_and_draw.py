@@ -68,10 +68,7 @@ def _predicted(options: argparse.Namespace, assembly: Assembly, loads: Loads) ->
 
 
 def _solve(options: argparse.Namespace) -> int:
-    """Print the prediction of the target of ``options``.
-
-    What was asked for of it is written.
-    """
+    """Print the prediction of the target of ``options``, write the files asked for, and return the exit status."""
     assembly, loads, title, _ = console.read_target(options.target, options)
     console.say_what(title, assembly, loads)
     prediction, status = _predicted(options, assembly, loads)
@@ -90,7 +87,7 @@ def _solve(options: argparse.Namespace) -> int:
 
 
 def _figure(options: argparse.Namespace) -> int:
-    """Draw the target of ``options``, its mechanism or its forces, to a file."""
+    """Draw the target of ``options``, its mechanism or forces, to a file, and return the exit status."""
     assembly, loads, title, _ = console.read_target(options.target, options)
     output = options.output or Path(f"{options.kind}.png")
     if options.kind == "assembly":

@@ -186,7 +186,8 @@ class PointLaw(NamedTuple):
 
         A point opens by tan(psi) per slip, or more with N = -t, or less with N = fc; and T = -(c + tan(phi) N) along
         the slip. The power is |(N + t) p| + |(fc - N) k| + |T . e_t + (c + tan(phi) N) |e_t||, where p and k are the
-        opening beyond tan(psi) |e_t| and short of it; where nothing crushes k is a violation of the rate itself.
+        opening beyond tan(psi) |e_t| and short of it. Where nothing crushes k is the violation of the rate, and its
+        power |(N + t) k|. The law must be one of capacities [N], see :meth:`over`.
 
         Parameters
         ----------
@@ -195,13 +196,13 @@ class PointLaw(NamedTuple):
         opening : e_n [m/s], shape (m,)
         """
         slip = np.linalg.norm(sliding, axis=1)
-        gap = opening - self.tan_psi * slip
+        beyond = opening - self.tan_psi * slip  # [m/s], negative where it is short
         opposed = np.abs((shear * sliding).sum(axis=1) + self.shear_strength(normal) * slip)
         crushes = self.crushes
-        power = np.abs((normal + self.tension) * np.where(crushes, np.maximum(gap, 0.0), gap))
+        power = np.abs((normal + self.tension) * np.where(crushes, np.maximum(beyond, 0.0), beyond))
         rest = (self.crushing - normal)[crushes]
-        power[crushes] += np.abs(rest * np.maximum(-gap[crushes], 0.0))
-        return np.where(crushes, 0.0, np.maximum(-gap, 0.0)), opposed + power
+        power[crushes] += np.abs(rest * np.maximum(-beyond[crushes], 0.0))
+        return np.where(crushes, 0.0, np.maximum(-beyond, 0.0)), opposed + power
 
     def inside(self) -> "PointLaw":
         """The associative law with friction psi that lies inside this one and shares its tension corner.

@@ -184,7 +184,7 @@ def _peaks(
     # outside the band as low as its lowest line, so that no peak there hides one of the band
     within = np.where(inside, level, level[inside].min() if inside.any() else 0.0)
     at, found = find_peaks(within, prominence=_PROMINENCE)
-    # at an end of the band that alone makes a peak of the slope of a mode beyond it
+    # so flattened, the slope of a mode beyond an end of the band looks like a peak: the true level must have one too
     true = (level[at] >= level[at - 1]) & (level[at] >= level[at + 1])
     at, prominence = at[true], found["prominences"][true]
     if not len(at):
