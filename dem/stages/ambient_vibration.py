@@ -37,6 +37,11 @@ def white_noise(
     direction : of the motion, of any length, shape (3,)
     sample_step : [s]; a tenth of the shortest period by default
     seed : of the random phases
+
+    Raises
+    ------
+    InputError
+        For numbers that are not positive, a band without a whole wave in the record, and samples too far apart for it.
     """
     given = {"duration": duration, "rms": rms, "highest": highest, "lowest": lowest}
     for name, value in given.items():

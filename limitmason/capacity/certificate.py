@@ -58,8 +58,8 @@ class StepCertificate(NamedTuple):
     flow : largest departure of the lift from tan(psi) times the slip, over the largest slip or the elastic length [-]
     against : largest power by which slip departs from the sense of the shear, or runs below the limit, and a tie's
         plastic elongation below its strength, over block weight times that length [-]
-    dissipation : the least over points and ties of the energy that slip and plastic elongation lose, over gross work
-        [-]; negative where one makes energy
+    dissipation : the least over points and ties of the energy that slip and plastic elongation lose, at most 0, over
+        gross work [-]; negative where one makes energy
     energy : what work by trapezoids, change of stored energy and loss leave over, over the gross work [-]
     jump : whether it passes through states that are not kept, so that its slip and lift are sums that the flow rule
         does not bind together

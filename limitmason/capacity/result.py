@@ -115,7 +115,7 @@ class PushoverCurve(Curve):
     def as_force(self) -> Curve:
         """This curve with the resultant of its live loads instead of their multiplier [N].
 
-        Loads on held degrees of freedom do not count.
+        Loads on held degrees of freedom do not count. A curve of forces already stays as it is.
 
         Raises
         ------
@@ -200,6 +200,13 @@ class PushoverCurve(Curve):
         ----------
         sample : of the curve
         sliding : "sticks" or "drops": points at their shear strength keep or lose their shear stiffness
+
+        Raises
+        ------
+        InputError
+            For a sample that the curve does not have.
+        NotApplicable
+            Where contacts had been found anew by that sample.
         """
         s, node = self.structure, self.nodes[self._sample(sample)]
         if node.generation:
@@ -227,7 +234,7 @@ class PushoverCurve(Curve):
     def mechanism(self, step: int) -> Mechanism | None:
         """Motion from sample ``step`` to the next, scaled as a collapse mechanism.
 
-        For the last sample it is the motion that led to it.
+        For the last sample it is the motion that led to it; None of a curve of one sample.
 
         Raises
         ------

@@ -70,7 +70,12 @@ def folder_arguments(
     shared : columns whose labels may share noise
     covariates : columns that effects may go with; None is all that differ
     title : of the report; None is the name of the folder
-    levels : most sizes at which a cause is simulated
+    levels : most sizes at which a cause is simulated; None is the number of ``LEVELS``, more where predictions are read
+
+    Raises
+    ------
+    InputError
+        For files, rows, columns or units that are missing or do not go together.
     """
     folder = Path(folder)
     if not folder.is_dir():

@@ -135,9 +135,9 @@ class PointLaw(NamedTuple):
         return self._replace(crushing=crushing)
 
     def shear_strength(self, normal: Array) -> Array:
-        """Largest shear under a normal force, c + tan(phi) N [N], shape (m,).
+        """Largest shear under a normal force or stress, c + tan(phi) N, shape (m,).
 
-        It is negative beyond the apex.
+        It is in the unit of the law, and negative beyond the apex.
         """
         return self.cohesion + self.tan_phi * normal
 
@@ -146,14 +146,14 @@ class PointLaw(NamedTuple):
         return np.asarray(self.shear_strength(normal) >= -BELOW_THE_APEX * self.cohesion)
 
     def excess(self, normal: Array, shear: Array) -> Array:
-        """How far a force lies outside the law, the largest of its three conditions [N], shape (m,).
+        """How far a force lies outside the law, the largest of its three conditions, shape (m,).
 
-        It is <= 0 inside.
+        It is in the unit of the law, and <= 0 inside.
 
         Parameters
         ----------
-        normal : N, compression positive [N], shape (m,)
-        shear : size of T [N], shape (m,)
+        normal : N, compression positive, in the unit of the law, shape (m,)
+        shear : size of T, in the unit of the law, shape (m,)
         """
         strength = self.shear_strength(normal)
         # tension above the apex: there is no shear beyond it, and no less than none
@@ -168,8 +168,8 @@ class PointLaw(NamedTuple):
     def dissipation(self, opening: Array, slip: Array) -> Array:
         """Power that the associative law dissipates in a motion [W], shape (m,).
 
-        D = c |e_t| + t g for g >= 0 and c |e_t| - fc g for g < 0; without crushing g < 0 is no admissible motion and
-        nothing is added for it.
+        D = c |e_t| + t g for g >= 0 and c |e_t| - fc g for g < 0, of capacities [N]; without crushing g < 0 is no
+        admissible motion and nothing is added for it.
 
         Parameters
         ----------

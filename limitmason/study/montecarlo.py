@@ -66,7 +66,7 @@ def monte_carlo(
     method, options : as in :func:`limitmason.predict`
     run : ``run(assembly, loads)`` in place of a method: returns numbers, words (a mode) and curves by name, a curve, a
         prediction or a number. Where it raises ``NotApplicable`` or ``NotConverged`` the row has that as its status and
-        no numbers
+        no answer
     joints : what varies by property of ``Joint``, or "friction_coefficient" [-] and "dilatancy_ratio" psi / phi [-]
     blocks : what varies of blocks, "density", "young_modulus", "poisson_ratio", per block or per assembly
     links : properties of joints by formula from others, joint by joint, {"shear_stiffness": "normal_stiffness / 2.32",
@@ -282,7 +282,7 @@ def _sample(
 
 
 def _answers(found: Any) -> dict[str, Any]:
-    """What a run returned, as entries of a row; curves become mappings."""
+    """What a run returned, as entries of a row: curves become mappings, a bare number is "value"."""
     if isinstance(found, Prediction):
         return {"multiplier": float(found.collapse_multiplier), "status": found.status}
     if isinstance(found, Curve):
@@ -310,7 +310,7 @@ class SobolIndices(ReadOnly):
     ----------
     names : of the variables
     first : share each explains alone [-], shape (d,)
-    total : share that would go if only it were known, interactions included [-], shape (d,)
+    total : share that would be left if all others were known, interactions included [-], shape (d,)
     table : all runs
     """
 

@@ -88,7 +88,7 @@ def identify_modes(
     step : time between samples [s]
     method : "fdd" (peaks of the first singular value of the spectra: frequencies and shapes, a first look) or "ssi"
         (covariance-driven subspace identification: damping too)
-    count : most modes wanted, those of the highest peaks (fdd) or found at most orders (ssi)
+    count : most modes wanted, those of the most prominent peaks (fdd) or found at most orders (ssi)
     band : lowest and highest frequency [Hz]; up to 90 % of Nyquist's by default
     lines : samples per segment of the spectra; their distance 1 / (lines step) is the resolution of fdd
     order, lags : largest order of the state and number of block rows, of ssi

@@ -97,9 +97,9 @@ class Cells:
         ----------
         has_side : whether there is a node before, and after, shape (2, d, g)
         """
-        columns = np.arange(self.count)
+        own = np.arange(self.count)
         ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]  # from a node to that before, and after
-        return np.where(has_side, columns + ways, columns).reshape(2 * self.d, self.count).T.copy()
+        return np.where(has_side, own + ways, own).reshape(2 * self.d, self.count).T.copy()
 
     def _quantities(
         self, index: Index, has_side: np.ndarray, norms: np.ndarray, node_z: list[np.ndarray]
@@ -165,9 +165,9 @@ class Cells:
             out[:, axis] = np.where(before == np.arange(self.count), 0.0, out[before, self.d + axis])
         return out
 
-    def rows(self, columns: Index) -> np.ndarray:
-        """Rows of the table, (len of columns, width), products made when first wanted."""
-        missing = np.unique(columns[~self.filled[columns]])
+    def rows(self, nodes: Index) -> np.ndarray:
+        """Rows of the table of nodes by number, (len of these, width), products made when first wanted."""
+        missing = np.unique(nodes[~self.filled[nodes]])
         d, at = self.d, self.columns
         step = max(1, HELD // max(2 * d * self.nodes.shape[1], 1))
         for start in range(0, len(missing) if d else 0, step):
@@ -178,7 +178,7 @@ class Cells:
             self.table[some, at["gram"]] = (sides @ sides.transpose(0, 2, 1)).reshape(len(some), -1)
             self.table[some, at["cross"]] = np.einsum("gdn,gn->gd", sides, self.nodes[some])
         self.filled[missing] = True
-        return self.table[columns]
+        return self.table[nodes]
 
     def __getitem__(self, name: str) -> np.ndarray:
         """One quantity of all nodes, shape (g, its number of columns)."""
