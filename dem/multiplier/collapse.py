@@ -178,7 +178,7 @@ def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
 def _far_notes(assembly: Assembly, found: Search, contacts: str) -> list[str]:
     """Note where the largest load that stood moved blocks beyond small displacement.
 
-    ``contacts`` is the setting of the same name.
+    ``contacts`` is the setting of the same name, ``EDGES`` or "first".
     """
     block, moved = farthest(assembly, found.state, reaches(assembly))
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or moved <= SMALL * near_margin(assembly):
