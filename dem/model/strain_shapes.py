@@ -387,7 +387,7 @@ def _squares_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) 
     """Blocks that deform, and the largest w^2 of each [1/s2], shapes (b,) and (b,).
 
     With joint stiffness doubled, M^-1 (2 K_joints + K_modes), the largest over single blocks bounds w^2 of the
-    assembly: the elongation e_b - e_a of a joint's spring has a square of at most 2 e_a^2 + 2 e_b^2.
+    assembly. For a joint's spring is stretched by e_b - e_a, and (e_b - e_a)^2 <= 2 e_a^2 + 2 e_b^2.
 
     Parameters
     ----------

@@ -5,7 +5,7 @@ import of the package does without the compiler.
 
 Arrays are of m points with c force components, normal first. ``block_a`` and ``block_b`` are their blocks, (m,),
 ``directions`` those of the components, (m, c, 3), ``force`` the components [N], (m, c). ``arm_a`` and ``arm_b`` lead
-from the centroids of a and of b to b's point in the pose [m], (m, 3); only :func:`contact` takes those of the
+from the centroids of a and of b to b's point in the pose [m], (m, 3). Only :func:`contact` takes those of the
 reference pose, each to the block's own point. A block has d = r + k degrees of freedom, r rigid ones before those of
 its k shapes. ``shapes_a`` and ``shapes_b`` are the displacements of its points by each shape, (m, 3, k).
 """

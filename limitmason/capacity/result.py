@@ -310,6 +310,7 @@ class PushoverCurve(Curve):
         return SampleStability.STABLE if alone else SampleStability.HELD
 
     def _sample(self, step: int) -> int:
+        """Number of a sample from 0 on, for one that may count back from the end, -1 the last."""
         if not (isinstance(step, int | np.integer) and -len(self) <= step < len(self)):
             raise InputError(f"the curve has samples 0 to {len(self) - 1}, got {step!r}")
         return range(len(self))[step]
