@@ -46,8 +46,8 @@ def not_negative(name: str, value: object) -> float:
     return number
 
 
-def law_number(name: str, value: Any, *, endless: bool = False, signed: bool = False) -> None:
-    """Refuse what is no number of a joint law or a material.
+def single_number(name: str, value: Any, *, endless: bool = False, signed: bool = False) -> None:
+    """Refuse what is no single number, as of a joint law, a material or a rule.
 
     That is anything but a single number, NaN, and what is infinite or negative unless that is allowed.
 

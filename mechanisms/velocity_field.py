@@ -58,7 +58,7 @@ _JUST_ABOVE = 1e-6  # [m]: a block whose centroid is on a level does not lie abo
 
 
 def rotation(assembly: Assembly, moving: Flags, point: ArrayLike, spin: ArrayLike) -> Array:
-    """Return the twists of blocks that turn together about an axis, zero for the others.
+    """Return the twists of blocks that turn together about an axis, zero for the others, shape (n_blocks, 6).
 
     v = spin x (r - point).
 
@@ -96,8 +96,8 @@ def rocking_twists(
 ) -> Array:
     """Return the twists of mechanisms A and B: facade and wedges turn about the toe line at a level.
 
-    Facade blocks and the corner units of the side walls above the level move, and side-wall units whose centroids lie
-    before the crack line.
+    Both are those of :mod:`mechanisms.facade_rocking`. Above the level the facade and its beam move. Of the units and
+    beams on side walls those move that reach the outer face, or whose centroids lie before the crack line.
 
     Parameters
     ----------
@@ -106,10 +106,14 @@ def rocking_twists(
     level : of the hinge, z [m]
     crack : distance of the crack from the outer face [m] at a level z [m]
 
+    Returns
+    -------
+    [m/s, rad/s], shape (n_blocks, 6), of a turn at 1 rad/s
+
     Raises
     ------
     NotApplicable
-        When side walls are there and the live load pushes the facade towards them.
+        For live loads along x, or towards side walls, or that are no weights turned, and for what is no built wall.
     """
     axis, sense = load_direction(assembly, loads)
     recipe = wall_recipe(assembly)
@@ -124,6 +128,7 @@ def rocking_twists(
         if moving[k] and block.name.startswith(("return", "beam-")):
             corner = block.bounds[0, 1] <= slack  # a unit that reaches the outer face belongs to the facade
             y, z = assembly.centroids[k, 1:]
+            # the crack ends at the top of the wall, above which beams lie
             moving[k] = corner or y <= crack(min(z, recipe["height"])) + slack
     toe = 0.0 if sense < 0 else thickness
     return rotation(assembly, moving, (0.0, toe, level), (-float(sense), 0.0, 0.0))
@@ -139,10 +144,15 @@ def flexure_twists(assembly: Assembly, loads: Loads, level: float, tangent: floa
     level : of the hinge, z [m]
     tangent : tan(a) of the outer lines from the vertical [-]
 
+    Returns
+    -------
+    [m/s, rad/s], shape (n_blocks, 6), of a triangle's turn at 1 rad/s
+
     Raises
     ------
     NotApplicable
-        For plans other than L and U, and loads that push the facade towards its side walls.
+        For plans other than L and U, loads along x or towards the side walls or that are no weights turned, and for
+        what is no built wall.
     """
     axis, sense = load_direction(assembly, loads)
     recipe = wall_recipe(assembly)

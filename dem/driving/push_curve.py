@@ -200,9 +200,7 @@ class PushCurve(Curve, JointMarks):
         return self.states[self.point(index).index]
 
     def first_unit_crack(self, width: float) -> JointPoint | None:
-        """Where a zone that failed in tension is first stretched by a width.
-
-        It is None where none is.
+        """Where a zone that failed in tension is first stretched by a width, or None.
 
         The stretch is the zone's accumulated plastic strain times its size (``mesh.zone_sizes``), at the most strained
         of its four points. A crack is smeared over a zone, whose first touch of the tensile strength nobody could see.
@@ -217,9 +215,7 @@ class PushCurve(Curve, JointMarks):
         return self._first_zone([z.plastic * sizes * (z.marks == TENSION) for z in self.zones], width)
 
     def first_crushing(self, strain: float) -> JointPoint | None:
-        """Where a zone that yielded in shear alone first has a plastic strain.
-
-        It is None where none has.
+        """Where a zone that yielded in shear alone first has a plastic strain, or None.
 
         Parameters
         ----------
@@ -268,12 +264,10 @@ class PushCurve(Curve, JointMarks):
 
     @property
     def quantities(self) -> dict[str, float]:
-        """Quantities of every curve, with the first crack and what each joint has done.
+        """Quantities of every curve, with the first crack, 0.15 mm wide, and what each joint has done.
 
-        The crack is 0.15 mm wide, and joints are read at the end of it.
-
-        "opened J", "slid J" and "crushed J" of a joint J are 1 for its largest movement beyond 0.15 mm, else 0;
-        "failure mode N" is 1 for the name N of :attr:`mode`.
+        "opened J", "slid J" and "crushed J" of a joint J are 1 for a largest movement beyond 0.15 mm at the end of the
+        curve, else 0; "failure mode N" is 1 for the name N of :attr:`mode`.
         """
         out, first = super().quantities, self.first_crack(CRACK)
         if first is not None:
@@ -387,13 +381,17 @@ def dynamic_notes(displacement: Array, kinetic: Array) -> list[str]:
 
 
 def _zone_events(curve: PushCurve) -> list[Event]:
-    """Where the first zone of a curve yields and cracks; none of other blocks."""
+    """Where zones first yield and first crack, and their plastic strain [-]; empty if blocks are not zoned.
+
+    Of several at one sample the most strained counts.
+    """
     events = []
     for name, wanted in (("unit yields", (AT_YIELD, YIELDED)), ("unit cracks", (TENSION,))):
         for i, state in enumerate(curve.zones):
             hit = np.flatnonzero(np.isin(state.marks, wanted))
             if len(hit):
-                block = curve.assembly.blocks[int(curve._mesh.zone_block[hit[0]])].name
-                events.append(Event(name, i, block, float(state.plastic[hit].max())))
+                k = int(hit[np.argmax(state.plastic[hit])])
+                block = curve.assembly.blocks[int(curve._mesh.zone_block[k])].name
+                events.append(Event(name, i, block, float(state.plastic[k])))
                 break
     return events

@@ -80,9 +80,7 @@ def out_of_plane(plane: Plane) -> Flags:
 
 @dataclass(frozen=True, eq=False)
 class StrainShapes:
-    """Shapes of all blocks in the coordinates of the kernel; they stay in a run.
-
-    They are zero where a block is rigid.
+    """Shapes of all blocks, fixed in a run, in the kernel's coordinates; 0 if rigid.
 
     Parameters
     ----------
@@ -333,9 +331,9 @@ def scale_masses_of_modes(
 
 
 def fastest_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) -> float:
-    """Half of the largest w^2 of blocks that deform [1/s2], see :func:`_squares_of`.
+    """Half of the largest w^2 of blocks that deform [1/s2], 0 without such blocks.
 
-    ``coupled`` is the stiffness of :func:`coupled_of`, shape (n, 6 + m, 6 + m).
+    It is the ``top`` of :func:`.stable_step`, w^2 that of :func:`_squares_of`, ``coupled`` that of :func:`coupled_of`.
     """
     return 0.5 * float(_squares_of(mass, inertia, modes, coupled)[1].max(initial=0.0))
 
@@ -388,10 +386,12 @@ def add_modal_mass(
 def _squares_of(mass: Array, inertia: Array, modes: BlockModes, coupled: Array) -> tuple[Index, Array]:
     """Blocks that deform, and the largest w^2 of each [1/s2], shapes (b,) and (b,).
 
-    It is of M^-1 (2 K_joints + K_modes), by which the largest of all bounds that of the assembly.
+    With joint stiffness doubled, M^-1 (2 K_joints + K_modes), the largest over single blocks bounds w^2 of the
+    assembly. For a joint's spring is stretched by e_b - e_a, and (e_b - e_a)^2 <= 2 e_a^2 + 2 e_b^2.
 
     Parameters
     ----------
+    modes : of all blocks, ``inv_mass`` 0 in rigid ones
     coupled : stiffness of :func:`coupled_of`, shape (n, 6 + m, 6 + m)
     """
     rows = np.flatnonzero(modes.inv_mass.any(axis=1))

@@ -165,7 +165,10 @@ def _doubts(assembly: Assembly, found: Search, c: Controls, undecided: list[floa
 
 
 def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
-    """Farthest that a load that stood moved a block, as part of a collapse [-]."""
+    """Farthest that a load that stood moved a block, over what counts as collapse [-]; 0 without an answer.
+
+    ``moved_limit`` is the displacement that counts as collapse, divided by the smallest edge [-].
+    """
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED):
         return 0.0
     moved = max((v.moved for load, v in found.record if load and v.outcome == EQUILIBRIUM), default=0.0)
@@ -173,7 +176,10 @@ def _swayed(assembly: Assembly, found: Search, moved_limit: float) -> float:
 
 
 def _far_notes(assembly: Assembly, found: Search, contacts: str) -> list[str]:
-    """Note where the largest load that stood moved blocks beyond their contacts."""
+    """Note where the largest load that stood moved blocks beyond small displacement.
+
+    ``contacts`` is the setting of the same name, ``EDGES`` or "first".
+    """
     block, moved = farthest(assembly, found.state, reaches(assembly))
     if found.status not in (Status.SOLVED, Status.ALMOST_SOLVED) or moved <= SMALL * near_margin(assembly):
         return []
@@ -187,7 +193,7 @@ def _far_notes(assembly: Assembly, found: Search, contacts: str) -> list[str]:
 def _sway_notes(assembly: Assembly, found: Search, moved_limit: float) -> list[str]:
     """Note where a load in equilibrium moved blocks far, by soft joints or bonds.
 
-    ``moved_limit`` is the displacement that counts as collapse, divided by the smallest edge [-].
+    ``moved_limit`` is as for :func:`_swayed`.
     """
     share, edge = _swayed(assembly, found, moved_limit), smallest_edge(assembly)
     yielded, joint = bond_yielded(assembly, found.state)
@@ -232,7 +238,10 @@ def _least_balanced(assembly: Assembly, found: Search, load: float) -> str:
 
 
 def _unit(assembly: Assembly, loads: Loads) -> float:
-    """Multiplier at which live forces equal dead ones, the scale of the search [-]."""
+    """Multiplier at which live forces equal dead ones, the scale of the search [-]; 1 without dead ones.
+
+    Forces are sums of sizes on free blocks. No live load at all is an InputError.
+    """
     if len(loads.dead) != assembly.n_blocks:
         raise InputError(f"loads are for {len(loads.dead)} blocks, the assembly has {assembly.n_blocks}")
     moves = ~assembly.held

@@ -37,6 +37,11 @@ def white_noise(
     direction : of the motion, of any length, shape (3,)
     sample_step : [s]; a tenth of the shortest period by default
     seed : of the random phases
+
+    Raises
+    ------
+    InputError
+        For numbers that are not positive, a band without a whole wave in the record, and samples too far apart for it.
     """
     given = {"duration": duration, "rms": rms, "highest": highest, "lowest": lowest}
     for name, value in given.items():
@@ -75,9 +80,10 @@ def identify(
 
     Parameters
     ----------
-    history : of a dynamic run with a :class:`BaseMotion`, see :func:`white_noise`; ``sample`` steps apart in time
+    history : of a dynamic run with a :class:`BaseMotion`, see :func:`white_noise`. Only its longest stretch of samples
+        at equal steps in time is read
     channels : blocks and directions, ("stone 3", "y"), whose centroids' displacements are the signals
-    skip : time at the beginning that is left out [s]
+    skip : time that is left out at the beginning of this stretch [s], not of the whole history
     options : method, count, band and others of :func:`limitmason.vibration.identification.identify_modes`
 
     Returns
@@ -87,7 +93,7 @@ def identify(
     Raises
     ------
     InputError
-        For a history that is not dynamic or not evenly sampled, and for unknown channels.
+        For a history that is not dynamic, too short or not evenly sampled, a negative ``skip`` and unknown channels.
 
     Notes
     -----

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.checks import finite, law_number, numbers, several
+from limitmason.checks import finite, numbers, several, single_number
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly, frozen
 
@@ -65,7 +65,7 @@ class Parameter:
         if self.resolution is None:
             object.__setattr__(self, "resolution", RELATIVE if self.log else OF_WIDTH * (high - low))
         else:
-            law_number(label := f"parameter {self.name!r}: the resolution", self.resolution, endless=True)
+            single_number(label := f"parameter {self.name!r}: the resolution", self.resolution, endless=True)
             if not self.resolution > 0.0:
                 raise InputError(f"{label} must be positive, got {self.resolution!r}")
 

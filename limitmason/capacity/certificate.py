@@ -58,8 +58,8 @@ class StepCertificate(NamedTuple):
     flow : largest departure of the lift from tan(psi) times the slip, over the largest slip or the elastic length [-]
     against : largest power by which slip departs from the sense of the shear, or runs below the limit, and a tie's
         plastic elongation below its strength, over block weight times that length [-]
-    dissipation : the least over points and ties of the energy that slip and plastic elongation lose, over gross work
-        [-]; negative where one makes energy
+    dissipation : the least over points and ties of the energy that slip and plastic elongation lose, at most 0, over
+        gross work [-]; negative where one makes energy
     energy : what work by trapezoids, change of stored energy and loss leave over, over the gross work [-]
     jump : whether it passes through states that are not kept, so that its slip and lift are sums that the flow rule
         does not bind together
@@ -78,10 +78,11 @@ class StepCertificate(NamedTuple):
 
     @property
     def accepted(self) -> bool:
-        """Whether equilibrium, law, damage, flow rule and energy hold.
+        """Whether equilibrium, law, damage and flow rule hold, and no energy is made.
 
-        Each is asked to ``_KEPT``, and no point may make energy by its slip. Of a jump flow rule, sense and loss of
-        slip are not asked; as its path is not known it may seem to make energy, up to ``_CREATED``.
+        Departures must be below ``_KEPT``. In an ordinary step no point may make energy by its slip. ``energy`` is not
+        judged there: it is the error of the trapezoids, which falls with the length of the step. Of a jump flow rule,
+        sense and loss of slip are not asked. As its path is not known it may seem to make energy, up to ``_CREATED``.
         """
         return (
             self.equilibrium < _KEPT

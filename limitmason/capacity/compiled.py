@@ -4,9 +4,10 @@ They are written point by point. :mod:`limitmason.capacity.kinematics` and ``sys
 import of the package does without the compiler.
 
 Arrays are of m points with c force components, normal first. ``block_a`` and ``block_b`` are their blocks, (m,),
-``arm_a`` and ``arm_b`` their arms from the centroids [m], (m, 3), ``directions`` those of the components, (m, c, 3),
-``force`` the components [N], (m, c). ``basis`` has the wrenches of the r rigid degrees of freedom of a block, (6, r).
-Blocks that deform have k shapes, ``shapes_a`` and ``shapes_b`` the displacements of their points by each, (m, 3, k).
+``directions`` those of the components, (m, c, 3), ``force`` the components [N], (m, c). ``arm_a`` and ``arm_b`` lead
+from the centroids of a and of b to b's point in the pose [m], (m, 3). Only :func:`contact` takes those of the
+reference pose, each to the block's own point. A block has d = r + k degrees of freedom, r rigid ones before those of
+its k shapes. ``shapes_a`` and ``shapes_b`` are the displacements of its points by each shape, (m, 3, k).
 """
 
 import numpy as np
@@ -20,8 +21,8 @@ Index = NDArray[np.int64]
 @njit(cache=True, error_model="numpy")
 def contact(
     block_a: Index, block_b: Index, arm_a: Array, arm_b: Array, offset: Array, reference: Array, shapes_a: Array,
-    shapes_b: Array, shift: Array, turn: Array, shapes: Array, displacement: Array, directions: Array, place_a: Array,
-    place_b: Array, turned_b: Array,
+    shapes_b: Array, shift: Array, turn: Array, shapes: Array, displacement: Array, directions: Array, new_arm_a: Array,
+    new_arm_b: Array, turned_b: Array,
 ) -> None:
     """Write displacements, directions and arms of the points in a pose.
 
@@ -30,7 +31,8 @@ def contact(
 
     Parameters
     ----------
-    block_a, block_b, arm_a, arm_b, shapes_a, shapes_b : see the module, in the reference pose
+    block_a, block_b, shapes_a, shapes_b : see the module, in the reference pose
+    arm_a, arm_b : from the centroids of a and of b, each to its own point, reference pose [m], shape (m, 3)
     offset : from a's place to b's in the reference pose [m], shape (m, 3)
     reference : directions in the reference pose, shape (m, c, 3)
     shift : displacement of the blocks' centroids [m], shape (n, 3)
@@ -38,7 +40,7 @@ def contact(
     shapes : coordinates of the blocks' shapes, shape (n, k)
     displacement : written: of b against a, opening positive [m], shape (m, c)
     directions : written: as they are turned now, shape (m, c, 3)
-    place_a, place_b : written: arms from the centroids of a and of b to b's point now [m], shape (m, 3)
+    new_arm_a, new_arm_b : written: arms from the centroids of a and of b to b's point now [m], shape (m, 3)
     turned_b : written: ``shapes_b`` as turned now, shape (m, 3, k)
     """
     gap, bent = np.empty(3), np.empty(3)
@@ -62,7 +64,7 @@ def contact(
                 turned_b[m, i, k] = x
                 swing_b += x * shapes[b, k]
             gap[i] = offset[m, i] + shift[b, i] - shift[a, i] + swing_b - swing_a
-            place_a[m, i], place_b[m, i] = arm_a[m, i] + swing_a + gap[i], arm_b[m, i] + swing_b
+            new_arm_a[m, i], new_arm_b[m, i] = arm_a[m, i] + swing_a + gap[i], arm_b[m, i] + swing_b
         for c in range(reference.shape[1]):
             total = 0.0
             for i in range(3):
@@ -83,9 +85,10 @@ def point_wrenches(
 
     Parameters
     ----------
-    directions, arm_a, arm_b, turned_b : as turned now, see :func:`contact`
+    directions, arm_a, arm_b, turned_b : in the pose, what :func:`contact` has written
     reference, shapes_a : directions in the reference pose, and shapes of a, whose frame turns with them
-    basis : (force, moment) of every rigid degree of freedom in its first rows and columns, shape (6 + k, r + k)
+    basis : velocity, spin and rates of the shapes by every degree of freedom, shape (6 + k, r + k); only the first six
+        rows and r columns, of the rigid ones, are read
     out : written: (-n, -r_a x n) and (n, r_b x n) of every direction n times the basis, then the work of n on the
         shapes, shape (m, c, 2, r + k), a first
     """
@@ -96,11 +99,11 @@ def point_wrenches(
             x, y, z = directions[m, c]
             for side in range(2):
                 u, v, w = arm_b[m] if side else arm_a[m]
-                k, o, n = v * z - w * y, w * x - u * z, u * y - v * x  # moment, arm x direction
+                mx, my, mz = v * z - w * y, w * x - u * z, u * y - v * x  # moment, arm x direction
                 sign = 1.0 if side else -1.0
                 for j in range(rigid):
                     force = x * basis[0, j] + y * basis[1, j] + z * basis[2, j]
-                    moment = k * basis[3, j] + o * basis[4, j] + n * basis[5, j]
+                    moment = mx * basis[3, j] + my * basis[4, j] + mz * basis[5, j]
                     out[m, c, side, j] = sign * (force + moment)
             for j in range(shapes):
                 on_a = on_b = 0.0
@@ -138,9 +141,9 @@ def elements(
     components, freedoms : tuples of c and d numbers, whose lengths the compiler knows and writes loops out by
     area : of every point [m2]
     wrenches : of :func:`point_wrenches`
-    tangent : derivative of its stress [Pa/m], (m, c, c)
-    starts : first point of every run of points between the same two blocks, shape (k,)
-    out : written, shape (k, 2 d, 2 d)
+    tangent : derivative of a point's stress by its displacement [Pa/m], (m, c, c)
+    starts : first point of each of s runs of points between the same two blocks, shape (s,)
+    out : written, shape (s, 2 d, 2 d)
     """
     c, d = len(components), len(freedoms)
     flat, stiff = wrenches.reshape(len(area), c, 2 * d), np.empty(2 * d)
@@ -172,11 +175,11 @@ def geometric(
     Parameters
     ----------
     directions : axes of the points' frames, shape (m, c, 3)
-    arm_a, arm_b : from the centroids of its two blocks, global axes, shape (m, 3)
-    force : its force along them [N], shape (m, c)
-    starts : first point of every run, shape (k,)
+    arm_a, arm_b : from the centroids of a and of b to b's point in the pose, global axes [m], shape (m, 3)
+    force : of every point along its axes [N], shape (m, c)
+    starts : first point of each of s runs, shape (s,)
     basis : rigid degrees of freedom of a block: velocity and spin by each of them, shape (6, r)
-    out : added to, shape (k, 2 r, 2 r)
+    out : added to, shape (s, 2 r, 2 r)
     """
     d = basis.shape[1]
     f, total, a, b, turned = np.empty(3), np.empty(3), np.empty((3, 3)), np.empty((3, 3)), np.zeros((3, 3))
@@ -234,9 +237,9 @@ def assembled(element: Array, scale: Array, slot: Index, out: Array) -> None:
 
     Parameters
     ----------
-    element : matrices of k elements, two blocks or ends of d degrees of freedom each, shape (k, 2 d, 2 d)
+    element : matrices of s elements, two blocks or ends of d degrees of freedom each, shape (s, 2 d, 2 d)
     scale : of every entry of an element, to own units, shape (2 d, 2 d)
-    slot : place in ``out`` of every entry, -1 for those of held blocks, shape (k * 4 d^2,)
+    slot : place in ``out`` of every entry, -1 for those of held blocks, shape (s * 4 d^2,)
     out : entries of the sparse matrix, added to
     """
     size, flat = scale.size, scale.ravel()

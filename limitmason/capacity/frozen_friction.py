@@ -5,7 +5,7 @@ associative and its stresses are minus the gradient of a convex potential: an it
 damped where equilibrium is far, goes down along its direction to the lowest potential, whatever points stick, slide or
 open on the way. In the new pose N_bar is frozen again. Where Newton's method on the true law stops at a kink this goes
 on, at the price of a factorisation per iteration; a cone program takes 14 to 24 for one freeze of the fixed point of
-Haslinger, and three to seven freezes a step.
+Haslinger, and three to seven freezes a step. Own units are those of :mod:`limitmason.capacity.system`.
 """
 
 import numpy as np
@@ -69,8 +69,8 @@ def solve(
     pose, multiplier : the guess; the multiplier is that of the live load [-]
     old : history at the start of the step
     target : control displacement to reach [m]; None keeps the multiplier
-    viscosity, origin : eta of a viscous force against the motion, own units, and the motion made since the start of the
-        step, shape (order,); none by default
+    viscosity, origin : eta of a viscous force against the motion, and the motion made since the start of the step,
+        shape (order,), both in own units; none by default
 
     Notes
     -----
@@ -107,7 +107,7 @@ def solve(
         step = factors.solve(np.append(-rest, missing))
         if not np.isfinite(step).all():
             return None
-        multiplier += float(step[-1])
+        multiplier += float(step[-1])  # in full: the potential that the motion goes down on is that of the new load
         # while the control still moves there is no potential to go down on: the whole step is made
         share = 1.0
         if abs(missing) < _ARRIVED * max(1.0, float(np.abs(step[:-1]).max(initial=0.0))):

@@ -150,7 +150,7 @@ class _Path(JudgedPath):
     def _found(self, system: System, last: Node, left: float) -> Try | StepOutcome | PathEnd:
         """Find the end of a step, by ever more costly ways the more often it failed.
 
-        Newton's method comes first, then a jump in viscous sub-steps, then a search for where a block comes to rest.
+        Newton's method comes first, then a jump in viscous sub-steps, then longer jumps.
 
         Parameters
         ----------
@@ -184,7 +184,7 @@ class _Path(JudgedPath):
             if self.near is not None and self.near.last.control == last.control:
                 return self._jumped(self.near)
             if self.generations.shapes is not None:
-                new, move = self._beyond(system, last, left)
+                new, move = self._jump_ahead(system, last, left)
         due = None
         if new is not None and breaking.brittle(system):
             new, due = breaking.cut(system, last, last, new, self.ratio)
@@ -196,10 +196,11 @@ class _Path(JudgedPath):
             self._stopped(last, "no step goes on from there") if self.advance < self.shortest else StepOutcome.SHORTER
         )
 
-    def _beyond(self, system: System, last: Node, left: float) -> tuple[Node | None, float]:
-        """The state at which a block that lost a support comes to rest, and how far on.
+    def _jump_ahead(self, system: System, last: Node, left: float) -> tuple[Node | None, float]:
+        """The state that a jump leads to, the shortest first, and how far on [m].
 
-        None and 0 where there is none; the second value is in [m].
+        It is called where no step goes on, not even one that loses energy, on a path that finds contacts anew. A block
+        may have lost its support there and come to rest farther on. A jump is told and warned of; without one None, 0.
 
         Parameters
         ----------
@@ -217,10 +218,12 @@ class _Path(JudgedPath):
                     f"{new.control:.4g} m: the path leaps, and finer steps may find larger loads there"
                 )
                 return new, move
+            if move == left:  # a longer jump would end there too
+                break
         return None, 0.0
 
     def _closes_in(self, tried: Try) -> bool:
-        """Whether the step passed a limit point that is not known to ``steps.peak`` yet.
+        """Whether the step passed a limit point whose load is not known to within ``steps.peak`` yet.
 
         Then the highest node is taken off the path, and shorter steps are to be made from the one before it. On the way
         back from a load of the other sense there is none to be found.

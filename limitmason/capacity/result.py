@@ -115,7 +115,7 @@ class PushoverCurve(Curve):
     def as_force(self) -> Curve:
         """This curve with the resultant of its live loads instead of their multiplier [N].
 
-        Loads on held degrees of freedom do not count.
+        Loads on held degrees of freedom do not count. A curve of forces already stays as it is.
 
         Raises
         ------
@@ -200,6 +200,13 @@ class PushoverCurve(Curve):
         ----------
         sample : of the curve
         sliding : "sticks" or "drops": points at their shear strength keep or lose their shear stiffness
+
+        Raises
+        ------
+        InputError
+            For a sample that the curve does not have.
+        NotApplicable
+            Where contacts had been found anew by that sample.
         """
         s, node = self.structure, self.nodes[self._sample(sample)]
         if node.generation:
@@ -227,7 +234,7 @@ class PushoverCurve(Curve):
     def mechanism(self, step: int) -> Mechanism | None:
         """Motion from sample ``step`` to the next, scaled as a collapse mechanism.
 
-        For the last sample it is the motion that led to it.
+        For the last sample it is the motion that led to it; None of a curve of one sample.
 
         Raises
         ------
@@ -283,7 +290,8 @@ class PushoverCurve(Curve):
         """Whether sample ``step`` would stand under its load alone, or is held by the control.
 
         By the sign of the determinant of the tangent (sliding points slide on, open ones stay open) against that of
-        sample 0, which is taken as stable: an even number of modes lost at once is not seen.
+        sample 0, which is taken as stable: an even number of modes lost at once is not seen. A singular tangent,
+        sign 0, counts as one of another sign. ``UNSTABLE`` is a state that not even the control holds.
 
         Raises
         ------
@@ -302,6 +310,7 @@ class PushoverCurve(Curve):
         return SampleStability.STABLE if alone else SampleStability.HELD
 
     def _sample(self, step: int) -> int:
+        """Number of a sample from 0 on, for one that may count back from the end, -1 the last."""
         if not (isinstance(step, int | np.integer) and -len(self) <= step < len(self)):
             raise InputError(f"the curve has samples 0 to {len(self) - 1}, got {step!r}")
         return range(len(self))[step]

@@ -1,7 +1,7 @@
 """The command line: packaged experiments, models from files, theories side by side, diagnosis, figures.
 
 Answers go to standard output, progress and errors to standard error. A mistake in the input ends with exit status 2
-and one line that names it, an analysis without a finite multiplier with exit status 3.
+and one line that names it, an analysis that is not solved, or almost, with exit status 3.
 
 In every module ``add_commands`` takes ``commands``, the parsers of all commands, to which it adds its own. The function
 that runs a command takes ``options``, what was typed as argparse read it, and returns the exit status.

@@ -266,7 +266,7 @@ def _drawing(path: Path, options: argparse.Namespace | None) -> Subject:
 
 
 def report(prediction: Prediction, assembly: Assembly | None = None) -> int:
-    """Print a prediction and return its exit status: 3 without a finite multiplier.
+    """Print a prediction and return its exit status: 3 unless solved or almost so.
 
     Where the structure cannot stand, the blocks that fall are named, if the ``assembly`` is given.
     """

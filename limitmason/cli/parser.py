@@ -55,8 +55,7 @@ examples:
 
 units: SI (m, kg, N, Pa), angles in degrees where a name ends in _deg; z is up, compression positive.
 The multiplier scales the live loads; for horizontal loads equal to the weight it is the tangent of the tilt angle
-(dry joints). exit status: 0 solved, 1 something to decide (check), 2 wrong input, 3 no finite multiplier,
-130 interrupted.
+(dry joints). exit status: 0 solved, 1 something to decide (check), 2 wrong input, 3 not solved, 130 interrupted.
 """
 
 

@@ -58,20 +58,14 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
 
 
 def _predicted(options: argparse.Namespace, assembly: Assembly, loads: Loads) -> tuple[Prediction, int]:
-    """The prediction that the options ask for, printed, and the exit status.
-
-    It is that of an assembly under loads.
-    """
+    """The prediction that the options ask for of an assembly under loads, printed, and the exit status."""
     method = console.method_of(options)
     prediction = predict(assembly, loads, method, **console.told(console.settings_of(options), method))
     return prediction, console.report(prediction, assembly)
 
 
 def _solve(options: argparse.Namespace) -> int:
-    """Print the prediction of the target of ``options``.
-
-    What was asked for of it is written.
-    """
+    """Print the prediction of the target of ``options``, write the files asked for, and return the exit status."""
     assembly, loads, title, _ = console.read_target(options.target, options)
     console.say_what(title, assembly, loads)
     prediction, status = _predicted(options, assembly, loads)
@@ -90,7 +84,7 @@ def _solve(options: argparse.Namespace) -> int:
 
 
 def _figure(options: argparse.Namespace) -> int:
-    """Draw the target of ``options``, its mechanism or its forces, to a file."""
+    """Draw the target of ``options``, its mechanism or forces, to a file, and return the exit status."""
     assembly, loads, title, _ = console.read_target(options.target, options)
     output = options.output or Path(f"{options.kind}.png")
     if options.kind == "assembly":
@@ -105,7 +99,7 @@ def _figure(options: argparse.Namespace) -> int:
 
 
 def _view(options: argparse.Namespace) -> int:
-    """Write a scene of the target of ``options`` and its answer for a browser."""
+    """Write a scene of a target and its answer for a browser, and return the exit status."""
     assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=not options.alone)
     output = options.output or Path("scene.html")
     shown, status = None, 0
@@ -123,6 +117,9 @@ def _view(options: argparse.Namespace) -> int:
 def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | None, title: str, *, view: str = "auto",
          dpi: int = 200) -> None:
     """Draw an assembly, a mechanism or joint forces to a file and say so.
+
+    Of a prediction with neither its status is told, and nothing drawn. Where only the one asked for is missing that is
+    an InputError.
 
     Parameters
     ----------
@@ -151,10 +148,7 @@ def draw(path: Path, kind: str, assembly: Assembly, prediction: Prediction | Non
 
 
 def _template(options: argparse.Namespace) -> int:
-    """Write a small model or drawing to the file typed in ``options``.
-
-    How to go on is told.
-    """
+    """Write a small model or drawing to the file in ``options``, say how to go on, and return status 0."""
     lm.formats.write_model_template(options.file, of="arch" if options.arch else "wall")
     what = "a small wall; edit its outlines, joint and loads, then `limitmason solve`"
     if options.arch:

@@ -110,8 +110,9 @@ class Factor:
 
     Attributes
     ----------
-    indefinite : fronts that were not positive definite
+    indefinite : number of fronts that were not positive definite
     exchanged : whether exchanges over the whole matrix were needed
+    _store : factored own block of every front and the block below it, as :meth:`.Fronts.parts` finds them
 
     Raises
     ------
@@ -135,9 +136,9 @@ class Factor:
         elimination, values : see the class
         """
         self.elimination, self.values = elimination, values
-        self.indefinite, self._below = 0, 0
+        self.indefinite, self._negative_found = 0, 0  # fronts, and negative eigenvalues of their own blocks
         self._largest = float(np.abs(values).max(initial=0.0))
-        self._whole: Callable[[Array], Array] | None = None
+        self._whole: Callable[[Array], Array] | None = None  # solves by the factor with exchanges over the whole
         self._exchanges: dict[int, Index] = {}  # of the rows of fronts that are not positive definite
         # entries are summed over bricks and fronts: with room for that none may overflow
         if not np.isfinite(_SUMMED * self._largest):
@@ -159,7 +160,7 @@ class Factor:
 
         It is the sum over all fronts' own blocks, since inertia is additive over Schur complements (Haynsworth 1968).
         """
-        return None if self.exchanged else self._below
+        return None if self.exchanged else self._negative_found
 
     def _factored_pivot(self, k: int, front: Front) -> Front:
         """A front, eliminated: factor of its own block, block below it, and what it leaves of its boundary.
@@ -177,7 +178,7 @@ class Factor:
             return below_cholesky(lower, front)
         self.indefinite += 1
         full = np.tril(own) + np.tril(own, -1).T  # LU needs both halves, fronts fill the lower one
-        self._below += int((np.linalg.eigvalsh(full) < 0.0).sum())
+        self._negative_found += int((np.linalg.eigvalsh(full) < 0.0).sum())
         factor, self._exchanges[k], failed = dgetrf(full, overwrite_a=1)
         if failed:
             raise _Exactly

@@ -18,7 +18,7 @@ specimen, under "modal test", as ``limitmason.diagnosis.simulate.several`` takes
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -70,7 +70,12 @@ def folder_arguments(
     shared : columns whose labels may share noise
     covariates : columns that effects may go with; None is all that differ
     title : of the report; None is the name of the folder
-    levels : most sizes at which a cause is simulated
+    levels : most sizes at which a cause is simulated; None is the number of ``LEVELS``, more where predictions are read
+
+    Raises
+    ------
+    InputError
+        For files, rows, columns or units that are missing or do not go together.
     """
     folder = Path(folder)
     if not folder.is_dir():
@@ -225,9 +230,16 @@ def _of_sensors(
 
 
 def _values(
-    table: MeasuredTable, measured: MeasuredTable, names: Sequence[str], quantities: Iterable[str]
+    table: MeasuredTable, measured: MeasuredTable, names: Sequence[str], quantities: Collection[str]
 ) -> dict[str, dict[str, float]]:
-    """Predictions by specimen, in the units of what was measured."""
+    """Predictions by specimen and quantity; a unit other than that of the measured one is refused.
+
+    Parameters
+    ----------
+    table, measured : predicted.csv and measured.csv
+    names : of the specimens, each of which needs a row
+    quantities : columns to take, which both tables must have
+    """
     for quantity in quantities:
         table.column(quantity, "the predictions")
         if table.units[quantity] != measured.units[quantity]:

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from limitmason.answers.curve import Curve
 from limitmason.answers.references import DATA, LIMITMASON, Citation, Cited, Reference
-from limitmason.checks import choice, law_number
+from limitmason.checks import choice, single_number
 from limitmason.errors import InputError
 from limitmason.experiments.recipe import Recipe
 from limitmason.model.assembly import Assembly
@@ -336,7 +336,7 @@ def chosen_options(table: Mapping[str, Option], given: Mapping[str, Any], source
             choice(f"{source}: {key}", value, option.choices)
         # the builders know the words that they take; every other option is a number, or None where that is the default
         elif not (isinstance(option.default, str) or (value is None and option.default is None)):
-            law_number(f"{source}: {key}", value)
+            single_number(f"{source}: {key}", value)
     return {key: given.get(key, option.default) for key, option in table.items()}
 
 

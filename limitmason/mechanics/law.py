@@ -135,9 +135,9 @@ class PointLaw(NamedTuple):
         return self._replace(crushing=crushing)
 
     def shear_strength(self, normal: Array) -> Array:
-        """Largest shear under a normal force, c + tan(phi) N [N], shape (m,).
+        """Largest shear under a normal force or stress, c + tan(phi) N, shape (m,).
 
-        It is negative beyond the apex.
+        It is in the unit of the law, and negative beyond the apex.
         """
         return self.cohesion + self.tan_phi * normal
 
@@ -146,14 +146,14 @@ class PointLaw(NamedTuple):
         return np.asarray(self.shear_strength(normal) >= -BELOW_THE_APEX * self.cohesion)
 
     def excess(self, normal: Array, shear: Array) -> Array:
-        """How far a force lies outside the law, the largest of its three conditions [N], shape (m,).
+        """How far a force lies outside the law, the largest of its three conditions, shape (m,).
 
-        It is <= 0 inside.
+        It is in the unit of the law, and <= 0 inside.
 
         Parameters
         ----------
-        normal : N, compression positive [N], shape (m,)
-        shear : size of T [N], shape (m,)
+        normal : N, compression positive, in the unit of the law, shape (m,)
+        shear : size of T, in the unit of the law, shape (m,)
         """
         strength = self.shear_strength(normal)
         # tension above the apex: there is no shear beyond it, and no less than none
@@ -168,8 +168,8 @@ class PointLaw(NamedTuple):
     def dissipation(self, opening: Array, slip: Array) -> Array:
         """Power that the associative law dissipates in a motion [W], shape (m,).
 
-        D = c |e_t| + t g for g >= 0 and c |e_t| - fc g for g < 0; without crushing g < 0 is no admissible motion and
-        nothing is added for it.
+        D = c |e_t| + t g for g >= 0 and c |e_t| - fc g for g < 0, of capacities [N]; without crushing g < 0 is no
+        admissible motion and nothing is added for it.
 
         Parameters
         ----------
@@ -186,7 +186,8 @@ class PointLaw(NamedTuple):
 
         A point opens by tan(psi) per slip, or more with N = -t, or less with N = fc; and T = -(c + tan(phi) N) along
         the slip. The power is |(N + t) p| + |(fc - N) k| + |T . e_t + (c + tan(phi) N) |e_t||, where p and k are the
-        opening beyond tan(psi) |e_t| and short of it; where nothing crushes k is a violation of the rate itself.
+        opening beyond tan(psi) |e_t| and short of it. Where nothing crushes k is the violation of the rate, and its
+        power |(N + t) k|. The law must be one of capacities [N], see :meth:`over`.
 
         Parameters
         ----------
@@ -195,13 +196,13 @@ class PointLaw(NamedTuple):
         opening : e_n [m/s], shape (m,)
         """
         slip = np.linalg.norm(sliding, axis=1)
-        gap = opening - self.tan_psi * slip
+        beyond = opening - self.tan_psi * slip  # [m/s], negative where it is short
         opposed = np.abs((shear * sliding).sum(axis=1) + self.shear_strength(normal) * slip)
         crushes = self.crushes
-        power = np.abs((normal + self.tension) * np.where(crushes, np.maximum(gap, 0.0), gap))
+        power = np.abs((normal + self.tension) * np.where(crushes, np.maximum(beyond, 0.0), beyond))
         rest = (self.crushing - normal)[crushes]
-        power[crushes] += np.abs(rest * np.maximum(-gap[crushes], 0.0))
-        return np.where(crushes, 0.0, np.maximum(-gap, 0.0)), opposed + power
+        power[crushes] += np.abs(rest * np.maximum(-beyond[crushes], 0.0))
+        return np.where(crushes, 0.0, np.maximum(-beyond, 0.0)), opposed + power
 
     def inside(self) -> "PointLaw":
         """The associative law with friction psi that lies inside this one and shares its tension corner.

@@ -6,7 +6,7 @@ from difflib import get_close_matches
 from enum import StrEnum
 from typing import Any, Self
 
-from limitmason.checks import choice, law_angles, law_number
+from limitmason.checks import choice, law_angles, single_number
 from limitmason.errors import InputError
 from limitmason.model.joint_term import JointTerm, name_of
 from limitmason.model.plausibility import given_as_coefficient, warn_of_joint
@@ -117,7 +117,7 @@ class Joint:
                 choices = _CHOICES[field.name]
                 object.__setattr__(self, field.name, choices(choice(f"{label}: {field.name}", value, tuple(choices))))
                 continue
-            law_number(f"{label}: {field.name}", value, endless=field.name == "compressive_strength")
+            single_number(f"{label}: {field.name}", value, endless=field.name == "compressive_strength")
         law_angles(label, self.friction_angle_deg, self.dilatancy_angle_deg)
         if self.compressive_strength == 0.0:
             raise InputError(f"{label}: compressive_strength must be positive (infinite when crushing is left out)")
@@ -164,7 +164,7 @@ class Joint:
         coefficient : tan(phi) [-], >= 0
         options : other fields of the joint
         """
-        law_number("friction coefficient", coefficient)
+        single_number("friction coefficient", coefficient)
         if "friction_angle_deg" in options:
             raise InputError("give the friction coefficient or friction_angle_deg, not both")
         with given_as_coefficient():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import KW_ONLY, dataclass, fields
 
-from limitmason.checks import law_angles, law_number, positive
+from limitmason.checks import law_angles, positive, single_number
 from limitmason.errors import InputError
 from limitmason.model.plausibility import warn_of_material
 
@@ -67,7 +67,7 @@ class Material:
             value = getattr(self, field.name)
             if field.name == "name" or (value is None and field.default is None):
                 continue
-            law_number(f"{label}: {field.name}", value, signed=field.name == "poisson_ratio")
+            single_number(f"{label}: {field.name}", value, signed=field.name == "poisson_ratio")
         if not self.young_modulus > 0.0:
             raise InputError(f"{label}: young_modulus must be positive")
         if not -1.0 < self.poisson_ratio < 0.5:

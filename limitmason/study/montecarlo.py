@@ -66,7 +66,7 @@ def monte_carlo(
     method, options : as in :func:`limitmason.predict`
     run : ``run(assembly, loads)`` in place of a method: returns numbers, words (a mode) and curves by name, a curve, a
         prediction or a number. Where it raises ``NotApplicable`` or ``NotConverged`` the row has that as its status and
-        no numbers
+        no answer
     joints : what varies by property of ``Joint``, or "friction_coefficient" [-] and "dilatancy_ratio" psi / phi [-]
     blocks : what varies of blocks, "density", "young_modulus", "poisson_ratio", per block or per assembly
     links : properties of joints by formula from others, joint by joint, {"shear_stiffness": "normal_stiffness / 2.32",
@@ -194,18 +194,19 @@ def _variables(
     build: Any, joints: Mapping[str, Random] | None, parameters: Mapping[str, Random] | None,
     blocks: Mapping[str, Random],
 ) -> tuple[list[str], dict[str, Random], dict[str, Random]]:
-    """Names of what is drawn once per assembly, and both mappings checked.
+    """Check ``build`` and what varies of it, and name what is drawn once per assembly.
 
     Parameters
     ----------
     build : pair of assembly and loads, or a function of the parameters that returns one
-    joints, blocks : what varies of each, by property
+    joints : what varies of them, by property
+    blocks : the same of blocks, which :func:`.random_joints.check_block_draws` has checked
     parameters : what varies among the arguments of ``build``, by name
 
     Returns
     -------
     once : names of what is drawn once per assembly
-    joints, parameters : both mappings
+    joints, parameters : both mappings, empty for None
     """
     joints, parameters = dict(joints or {}), dict(parameters or {})
     if not callable(build):
@@ -281,7 +282,7 @@ def _sample(
 
 
 def _answers(found: Any) -> dict[str, Any]:
-    """What a run returned, as entries of a row; curves become mappings."""
+    """What a run returned, as entries of a row: curves become mappings, a bare number is "value"."""
     if isinstance(found, Prediction):
         return {"multiplier": float(found.collapse_multiplier), "status": found.status}
     if isinstance(found, Curve):
@@ -309,7 +310,7 @@ class SobolIndices(ReadOnly):
     ----------
     names : of the variables
     first : share each explains alone [-], shape (d,)
-    total : share that would go if only it were known, interactions included [-], shape (d,)
+    total : share that would be left if all others were known, interactions included [-], shape (d,)
     table : all runs
     """
 

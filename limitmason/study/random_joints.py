@@ -11,7 +11,7 @@ import numpy as np
 from scipy import stats
 
 from limitmason.arrays import Array
-from limitmason.checks import choice, finite, law_number, positive
+from limitmason.checks import choice, finite, positive, single_number
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.joint import Joint
@@ -111,7 +111,7 @@ class Random:
         if not (frozen and hasattr(self.distribution, "ppf") and hasattr(self.distribution, "cdf")):
             raise InputError(f"distribution must be a frozen one of scipy.stats, got {self.distribution!r}")
         for name in ("low", "high"):
-            law_number(name, getattr(self, name), endless=True, signed=True)
+            single_number(name, getattr(self, name), endless=True, signed=True)
         if not self.high > self.low:
             raise InputError(f"high = {self.high} must exceed low = {self.low}")
         spatial = self.per in ("interface", "block")

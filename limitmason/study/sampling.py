@@ -8,7 +8,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from limitmason.arrays import Array
-from limitmason.checks import count, law_number
+from limitmason.checks import count, single_number
 from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
 from limitmason.study.table import Table
@@ -61,7 +61,7 @@ class Running(ReadOnly):
         return np.asarray(np.sqrt((1.0 + 2.0 * self.variation**2) / (2.0 * self.n)))
 
     def __str__(self) -> str:
-        """Both with their sampling errors."""
+        """Mean and spread with their sampling errors, in one line."""
         missing = f"; {self.missing} runs gave no value" if self.missing else ""
         spread = f"{100 * self.variation[-1]:.4g} % +- {100 * self.variation_error[-1]:.2g} % of it"
         return (
@@ -100,22 +100,20 @@ def running(table: Table, column: str) -> Running:
 
 @dataclass(frozen=True)
 class Stop:
-    """Rule by which a Monte Carlo study has enough samples.
-
-    Both sampling errors are small.
+    """Rule by which a Monte Carlo study has enough samples: both sampling errors are small.
 
     Parameters
     ----------
-    column : name of the column of numbers that is watched
-    mean : largest standard error of its mean, relative [-]
-    variation : largest standard error of its CoV, relative [-]: 0.041 needs about 300 samples
+    column : name of the column of numbers that is watched; looked for in the table at the first look
+    mean : largest standard error of its mean, relative [-]; infinite where it does not count
+    variation : the same of its CoV: 0.041 needs about 300 samples
     every : samples between two looks
-    least : samples before the first
+    least : samples with a finite value before the study may stop
 
     Raises
     ------
     InputError
-        For errors that are not positive, and fewer than 2 samples.
+        For errors that are no positive numbers, ``every`` below 1 and ``least`` below 2.
 
     Notes
     -----
@@ -129,16 +127,16 @@ class Stop:
     least: int = 40
 
     def __post_init__(self) -> None:
-        """Check every field."""
+        """Check errors and counts, and keep counts as int."""
         for name in ("mean", "variation"):
-            law_number(name, value := getattr(self, name), endless=True)
+            single_number(name, value := getattr(self, name), endless=True)
             if not value > 0.0:
                 raise InputError(f"errors of a stopping rule must be positive, got {name} = {value!r}")
         for name, least in (("every", 1), ("least", 2)):
             object.__setattr__(self, name, count(name, getattr(self, name), least))
 
     def __call__(self, table: Table) -> bool:
-        """Whether the table has enough."""
+        """Whether the table has enough samples; a column that it lacks is an InputError."""
         if np.isfinite(_numbers(table, self.column)).sum() < self.least:
             return False
         so_far = running(table, self.column)

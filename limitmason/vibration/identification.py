@@ -88,7 +88,7 @@ def identify_modes(
     step : time between samples [s]
     method : "fdd" (peaks of the first singular value of the spectra: frequencies and shapes, a first look) or "ssi"
         (covariance-driven subspace identification: damping too)
-    count : most modes wanted, those of the highest peaks (fdd) or found at most orders (ssi)
+    count : most modes wanted, those of the most prominent peaks (fdd) or found at most orders (ssi)
     band : lowest and highest frequency [Hz]; up to 90 % of Nyquist's by default
     lines : samples per segment of the spectra; their distance 1 / (lines step) is the resolution of fdd
     order, lags : largest order of the state and number of block rows, of ssi
@@ -184,7 +184,7 @@ def _peaks(
     # outside the band as low as its lowest line, so that no peak there hides one of the band
     within = np.where(inside, level, level[inside].min() if inside.any() else 0.0)
     at, found = find_peaks(within, prominence=_PROMINENCE)
-    # at an end of the band that alone makes a peak of the slope of a mode beyond it
+    # so flattened, the slope of a mode beyond an end of the band looks like a peak: the true level must have one too
     true = (level[at] >= level[at - 1]) & (level[at] >= level[at + 1])
     at, prominence = at[true], found["prominences"][true]
     if not len(at):

@@ -1,12 +1,16 @@
 """Zoned walls that are driven: the associative multiplier, rate, cracks of units, what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from stacked_bricks import stacked
 
 import dem
 import limitmason as lm
-from dem.zones.recording import TENSION
+from dem.driving.push_curve import told
+from dem.kernels.zone_plasticity import SHEAR_NOW
+from dem.zones.recording import TENSION, ZoneState
 from limitmason import figures
 from limitmason.errors import InputError, NotConverged
 
@@ -69,6 +73,18 @@ def test_weak_stone_cracks_is_marked_and_lowers_the_load():
 def test_a_push_whose_steps_nobody_chose_is_slow_enough_for_brittle_joints():
     curve = zoned(wall(35.0, 0.0, STIFF), EAST, to=1e-5, zone_size=0.2, samples=50, rate_check=False)
     assert curve.steps >= 40_000
+
+
+@pytest.mark.slow
+def test_an_event_of_zones_names_the_block_of_the_one_that_it_tells_the_strain_of():
+    curve = zoned(wall(35.0, 0.0, STIFF), EAST, to=1e-5, zone_size=0.2, samples=10, steps=1000, rate_check=False)
+    flags, plastic = np.zeros((len(curve.mesh.zones), 4), dtype=np.int64), np.zeros(len(curve.mesh.zones))
+    flags[[0, -1]], plastic[[0, -1]] = SHEAR_NOW, [1e-4, 3e-4]  # zones of two blocks yield at one sample
+    made = replace(curve, zones=(curve.zones[0], ZoneState(curve.zones[1].shift, flags, plastic)))
+    event = next(e for e in told(made, "").events if e.name == "unit yields")
+    assert curve.mesh.zone_block[0] != curve.mesh.zone_block[-1]
+    assert event.where == curve.assembly.blocks[curve.mesh.zone_block[-1]].name
+    assert (event.index, event.value) == (1, 3e-4)
 
 
 def test_what_a_zoned_push_cannot_do_is_refused():

@@ -1,7 +1,6 @@
 """Cells of a grid: inner products of node values, and the linear step of a fit.
 
-``gram`` are d rows of d arrays and ``slope`` and ``gradient`` d arrays, with one entry per data set; ``low`` and
-``high`` are ends of a box, d arrays.
+With b data sets ``gram`` is d rows of d arrays, ``slope`` and the ends ``low`` and ``high`` of a box d, each (b,).
 """
 
 from __future__ import annotations
@@ -18,11 +17,9 @@ from limitmason.diagnosis.inference.box_descent import Row, Rows, descend
 FLAT = 1e-9
 """Part of the largest squared change per cell along an axis below which rounding would choose the step [-]."""
 
-HELD = 50_000
-"""Entries of changes that are held at a time: they then stay in the processor's cache, chosen."""
+HELD = 50_000  # entries of changes that are held at a time: they then stay in the processor's cache, chosen
 
-HALF_CELL = 0.5
-"""Farthest step from a node along an axis [cells]: beyond it another node is nearer."""
+HALF_CELL = 0.5  # farthest step from a node along an axis [cells]: beyond it another node is nearer
 
 
 def column_slices(d: int, k: int) -> dict[str, slice]:
@@ -46,15 +43,21 @@ class Cells:
     at the node and its neighbours: S (y - F) = (y F' - y F) - S F, and |y - F|^2 = |y|^2 - 2 y F + |F|^2. The step m
     then leaves |y - F|^2 - 2 m S (y - F) + m S S' m.
 
+    Nodes are ordered with the sizes innermost: where the noise is estimated, the best size at each value of the
+    inputs is that with the least loss, and only those need a logarithm.
+
     Parameters
     ----------
     values : log predictions over the noise, shape (len of every axis ..., n); sizes come before the measured inputs
     z : node values of each measured input in standard deviations
 
-    Notes
-    -----
-    Nodes are ordered with the sizes innermost: where the noise is estimated, the best size at each value of the
-    inputs is that with the least loss, and only those need a logarithm.
+    Attributes
+    ----------
+    d, k, count : number of axes, of measured inputs among them, and of nodes, g
+    number : place of every node among the values as they came, shape (g,)
+    stride : from the number of a node to that of the next along every axis, shape (d,)
+    beside : numbers of the nodes before and after every node along every axis, shape (g, 2 d)
+    table, columns : a row per node of all that a step needs, and where each quantity stands in it
     """
 
     def __init__(self, values: np.ndarray, z: Sequence[np.ndarray]):
@@ -64,13 +67,12 @@ class Cells:
         sizes = self.d - self.k  # number of axes of sizes; those of measured inputs come after them
         order = (*range(sizes, self.d), *range(sizes))  # measured inputs outermost, sizes innermost
         self.count = int(np.prod(self.shape, dtype=int))
-        # place of every node among the values as they came, shape (g,)
         self.number = np.arange(self.count).reshape(self.shape).transpose(order).ravel()
         nodes = values.reshape(-1, n)
         self.nodes = nodes[self.number] if self.k and sizes else nodes  # no copy where the order stays
         index = np.array(np.unravel_index(self.number, self.shape)) if self.d else np.zeros((0, 1), dtype=int)
         self.last = np.array(self.shape, dtype=int) - 1  # number of the last node along every axis
-        self.stride = np.zeros(self.d, dtype=int)  # from a node to the next along every axis
+        self.stride = np.zeros(self.d, dtype=int)
         for i, axis in enumerate(order):
             self.stride[axis] = int(np.prod([self.shape[a] for a in order[i + 1 :]], dtype=int))
         has_side = np.array([index > 0, index < self.last[:, None]])
@@ -95,9 +97,9 @@ class Cells:
         ----------
         has_side : whether there is a node before, and after, shape (2, d, g)
         """
-        columns = np.arange(self.count)
+        own = np.arange(self.count)
         ways = np.array([-1, 1])[:, None, None] * self.stride[None, :, None]  # from a node to that before, and after
-        return np.where(has_side, columns + ways, columns).reshape(2 * self.d, self.count).T.copy()
+        return np.where(has_side, own + ways, own).reshape(2 * self.d, self.count).T.copy()
 
     def _quantities(
         self, index: Index, has_side: np.ndarray, norms: np.ndarray, node_z: list[np.ndarray]
@@ -121,10 +123,8 @@ class Cells:
             "index": index.T, "low": np.where(has_side[0], -HALF_CELL, 0.0).T,
             "high": np.where(has_side[1], HALF_CELL, 0.0).T,
             "cross": np.zeros((g, 2 * d)), "gram": np.zeros((g, 4 * d**2)),
-            "squares": squares[:, None], "half": half[:, None],
-            "z": np.array(node_z).reshape(k, g).T,
-            "z_sides": np.array([*z_before, *z_after]).reshape(2 * k, g).T,
-            "flat": np.tile(flat, (g, 1)),
+            "squares": squares[:, None], "half": half[:, None], "z": np.array(node_z).reshape(k, g).T,
+            "z_sides": np.array([*z_before, *z_after]).reshape(2 * k, g).T, "flat": np.tile(flat, (g, 1)),
         }
 
     def products(self, y: Array, beside: Array, known: bool) -> Array:
@@ -165,9 +165,9 @@ class Cells:
             out[:, axis] = np.where(before == np.arange(self.count), 0.0, out[before, self.d + axis])
         return out
 
-    def rows(self, columns: Index) -> np.ndarray:
-        """Rows of the table, (len of columns, width), products made when first wanted."""
-        missing = np.unique(columns[~self.filled[columns]])
+    def rows(self, nodes: Index) -> np.ndarray:
+        """Rows of the table of nodes by number, (len of these, width), products made when first wanted."""
+        missing = np.unique(nodes[~self.filled[nodes]])
         d, at = self.d, self.columns
         step = max(1, HELD // max(2 * d * self.nodes.shape[1], 1))
         for start in range(0, len(missing) if d else 0, step):
@@ -178,7 +178,7 @@ class Cells:
             self.table[some, at["gram"]] = (sides @ sides.transpose(0, 2, 1)).reshape(len(some), -1)
             self.table[some, at["cross"]] = np.einsum("gdn,gn->gd", sides, self.nodes[some])
         self.filled[missing] = True
-        return self.table[columns]
+        return self.table[nodes]
 
     def __getitem__(self, name: str) -> np.ndarray:
         """One quantity of all nodes, shape (g, its number of columns)."""

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtri
 
-from limitmason.checks import law_number, numbers
+from limitmason.checks import numbers, single_number
 from limitmason.errors import InputError
 
 DRAWS = 1999  # of the bootstrap; 399 cannot resolve a threshold of 0.005
@@ -99,7 +99,7 @@ class Noise:
                 raise InputError(f"noise is relative: 0.04 is 4 %; got {self.sd!r}, which is 100 % or more")
             object.__setattr__(self, "sd", float(sd) if sd.ndim == 0 else tuple(float(s) for s in sd))
         if self.dof is not None:
-            law_number("degrees of freedom of the noise", self.dof, endless=True)
+            single_number("degrees of freedom of the noise", self.dof, endless=True)
             if self.dof == inf and self.sd is not None:  # of so many replicates it is known
                 object.__setattr__(self, "dof", None)
         if self.dof is not None and (self.sd is None or not self.dof >= 1):

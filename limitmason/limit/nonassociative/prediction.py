@@ -81,7 +81,9 @@ def bound_alone(
 
 
 def details_of(problem: Problem, found: SearchOutcome, low: float, high: float, proof: Extreme | None) -> dict:
-    """What the search did, unscaled: the details of the prediction.
+    """What the search did: the details of the prediction.
+
+    Its multipliers are unscaled, of the live load as it was given [-]: scaled ones times ``problem.live_scale``.
 
     Parameters
     ----------
@@ -115,9 +117,15 @@ def details_of(problem: Problem, found: SearchOutcome, low: float, high: float, 
 
 
 def _proof_details(problem: Problem, proof: Extreme) -> dict:
-    """What is proven, unscaled.
+    """What the proof of the smallest multiplier found, by name.
 
-    A bound on velocities or forces is infinite where the proof needs none.
+    Only "bound" and "gap", as multipliers, are unscaled. "velocity_bound" is in mean live velocities, "force_bound" in
+    total loads; either is infinite where the proof needs none. "velocity_share" is the largest velocity of the state
+    over its bound [-], "nodes" are those of the programs, "seconds" their time [s].
+
+    Parameters
+    ----------
+    proof : scaled
     """
     return {
         "proven": proof.proven,
