@@ -184,7 +184,7 @@ def tilt_test(
     halvings : most times the rate is halved; then a warning says that the turning table still reads too much
     moved_limit : displacement at which the run ends, over the smallest block dimension [-]
     damping : while the table turns; local 0.5
-    sample : steps between samples; ``steps`` / 200 by default
+    sample : steps between samples; ``steps`` / 200 by default, but 20 or more
     increments : also find the multiplier with loads held one after the other (:func:`dem.collapse`)
     contacts : ``contact_points``, ``contact_model`` and ``joint_options``, as :func:`dem.collapse` takes them
 
