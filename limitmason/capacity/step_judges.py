@@ -193,17 +193,18 @@ class JudgedPath:
         if not self.loading or behind or tried.new.jump or tried.due is not None or tried.guess is None:
             return StepOutcome.ACCEPTED
         move, largest = tried.new.control - tried.last.control, max(self._largest(), abs(tried.new.multiplier))
+        # rise of the load over the whole step [-]: in fact, and by the tangent at its start
         rose = self.toward * (tried.new.multiplier - self.nodes[-1].multiplier)
-        first = self._begins_with(tried)
-        self.steepest = max(self.steepest, first / abs(move))
+        by_start = self._begins_with(tried)
+        self.steepest = max(self.steepest, by_start / abs(move))
         # a load that falls at its end hides nothing; to fall by DROP and come up again it has to be steep enough
         if rose < 0.0 or self.steepest * abs(move) - rose <= 2.0 * DROP * largest:
             return StepOutcome.ACCEPTED
-        # what the slope at its end comes to over the step, and a fall of half of what counts
-        last, falls = self.toward * self.generations.rise(tried.new, tried.last, move), -0.5 * DROP * largest
+        # the rise by the tangent at its end, and a fall of half of what counts
+        by_end, falls = self.toward * self.generations.rise(tried.new, tried.last, move), -0.5 * DROP * largest
         off = abs(tried.new.multiplier - tried.guess[1]) > _DEPARTS * self.steps.smooth * largest
-        hides = min(first, last) < falls or (
-            off and first > MISSED * largest and may_have_fallen(first, rose + LEVEL * largest, last)
+        hides = min(by_start, by_end) < falls or (
+            off and by_start > MISSED * largest and may_have_fallen(by_start, rose + LEVEL * largest, by_end)
         )
         if off and not hides:
             # joints whose slip turns stick meanwhile: by their springs the load rises, and falls, and no tangent tells
@@ -230,7 +231,7 @@ class JudgedPath:
         It must lie off in load, by more than ``Steps.peak``, and in displacement, by more than ``Steps.straight``: a
         steep curve is off in load alone and a level one in displacement alone, though both look straight. The cut sets
         ``cuts``, and ``ahead``, the end that was found, which the step after it goes towards. Not judged are jumps,
-        breaks, steps that close in on a limit point, the shortest ones, and one that was cut ``_CUTS`` times.
+        steps after one, breaks, closing in on a limit point, shortest steps, and those cut ``_CUTS`` times.
 
         Parameters
         ----------
