@@ -135,8 +135,8 @@ def increments(
     assembly, loads : the problem
     state : at rest without load, or in equilibrium under ``settled``
     c : controls of the search
-    through : loads to be held first; above the last one in steps of the bracket's width. Without them the climb starts
-        with the first increment and its strides grow to a quarter of the load
+    through : loads to be held first, rising; above the last one strides begin at the bracket's width. Without any above
+        ``settled`` the climb starts with the first increment, and strides grow to a quarter of the load
     settled : load at which ``state`` is in equilibrium; None settles it under the dead load
     patience : steps that loads took to settle in an earlier search
     loading : loads of every block at a multiplier, see ``Loads.rows``, shape (n, 15); dead load and that much live load
@@ -218,7 +218,7 @@ class _Bracket:
     Parameters
     ----------
     settled : multiplier held at the beginning
-    through : multipliers to be held first
+    through : multipliers to be held first, rising; those up to ``settled`` are left out
     c : controls of the search
     up_to : multiplier beyond which nothing is tried
 
@@ -229,9 +229,10 @@ class _Bracket:
     moving : smallest load at which blocks kept moving; infinite where none did
     refused_from : load that was held when ``refused`` came on, at the foot of its stride
     queue : loads asked for that are still to be tried, rising
-    last_asked : the largest load asked for; above it strides grow
+    last_asked : the largest load asked for, or ``settled``; above it strides grow
     stride : from the largest load held to the next one tried, while nothing is refused
-    begins_near_collapse : whether loads were asked for: then the first stride above them is a bracket wide
+    begins_near_collapse : whether loads above ``settled`` were asked for: then the first stride above them is a bracket
+        wide
     """
 
     def __init__(self, settled: float, through: Sequence[float], c: Controls, up_to: float) -> None:
@@ -242,7 +243,7 @@ class _Bracket:
         self.stride, self.last_asked = c.first, settled
         if self.queue:
             self.stride, self.last_asked = c.tolerance * self.queue[-1], self.queue[-1]
-        self.begins_near_collapse = bool(through)
+        self.begins_near_collapse = bool(self.queue)
 
     @property
     def width(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import NamedTuple, Unpack
@@ -184,7 +184,7 @@ def tilt_test(
     halvings : most times the rate is halved; then a warning says that the turning table still reads too much
     moved_limit : displacement at which the run ends, over the smallest block dimension [-]
     damping : while the table turns; local 0.5
-    sample : steps between samples; ``steps`` / 200 by default
+    sample : steps between samples; ``steps`` / 200 by default, but 20 or more
     increments : also find the multiplier with loads held one after the other (:func:`dem.collapse`)
     contacts : ``contact_points``, ``contact_model`` and ``joint_options``, as :func:`dem.collapse` takes them
 
@@ -195,8 +195,8 @@ def tilt_test(
     Raises
     ------
     InputError
-        When the direction is zero or not horizontal, ``to_deg`` is not between 0 and 90, nothing is held, or a number
-        is none that it can be.
+        When the direction is zero or not horizontal, ``to_deg`` is not between 0 and 90, nothing is held, a tolerance
+        or limit is not positive, or a number of steps, samples or halvings is no whole number from 1 on.
     KeyboardInterrupt
         Stopped by the keyboard before the table has turned as slowly as it is to.
 
@@ -213,7 +213,7 @@ def tilt_test(
         raise InputError(f"to_deg must lie between 0 and 90 degrees, got {to_deg!r}")
     tolerance, moved_limit = positive("tolerance", tolerance), positive("moved_limit", moved_limit)
     steps = count("steps", steps)
-    if (halvings := count("halvings", halvings, least=0)) < 1:
+    if (halvings := count("halvings", halvings, least=0)) < 1:  # 0 is a number of halvings, but tells no change
         raise InputError("halvings must be positive: the rate check needs at least one halving")
     # some 200 samples in a run, of 20 steps at least; chosen
     every = max(steps // 200, 20) if sample is None else count("sample", sample)
@@ -223,8 +223,9 @@ def tilt_test(
     scale = Scale.of(assembly, loads.dead)
     weight = float(assembly.weights[~assembly.fixed].sum())
     options = given(contacts, ContactOptions, "tilt_test")
+    # the weight acts at once, and comes on once more, evenly, where joints slid by its overshoot
     settled, _ = evenly_where_it_slides(assembly, Settle(tolerance=AT_REST), sample=every, **options)
-    _refuse_cut(settled)
+    _raise_if_interrupted(settled)
     # what has fallen comes to rest too, on the table: where it lies is not the wall that was to be tilted
     fell = float(np.abs(settled.shift[-1]).max()) > moved_limit * scale.smallest
     if fell or settled.status != RunStatus.FINISHED:
@@ -234,45 +235,71 @@ def tilt_test(
             collapse_multiplier=float("nan"), runs=(), direction=tuple(downhill.tolist()), history=settled,
             warnings=(f"it {'fell' if fell else 'did not settle'} on the level table",),
         )
+    # the multiplier alone is compared: no error budget, whose repeats take as long again each
     held = collapse(assembly, loads, error_budget=(), **options) if increments else None
     last_tangent = float(np.tan(np.deg2rad(to_deg)))
-    runs: list[TableRun] = []
-    stood: list[bool] = []
-    notes, rate = list(settled.warnings), to_deg / steps  # [deg per step]
-    for k in range(halvings + 1):
-        reached(None, f"turn {k + 1}, {1000.0 * rate:.3g} deg per 1000 steps")
-        stage = Tilt(
-            to_deg=to_deg, steps=int(to_deg / rate), axis=axis, damping=damping,
-            stop_when_moved=moved_limit * scale.smallest,
-        )
-        history = simulate(assembly, stage, start=settled, sample=every)
-        _refuse_cut(history)
-        begun = float(settled["step"][-1])
-        found = readings(history, begun, downhill, weight)
-        peak = peak_of(found.ratio)
-        runs.append(TableRun(1000.0 * rate, peak))
-        # no block moved far on the whole way, and the wall still follows the table at its end
-        stood.append(history["step"][-1] - begun >= stage.steps and peak > _FOLLOWS * last_tangent)
-        # slower no longer matters: two rates read alike, or the wall stood at both. One run alone says neither
-        if k and (all(stood[-2:]) or abs(runs[-1].peak / runs[-2].peak - 1.0) < tolerance):
-            break
-        # the first run only finds the scale: the second takes all of its steps up to the angle of collapse
-        rate = 0.5 * rate if k else min(0.5 * rate, float(np.rad2deg(np.arctan(peak))) / steps)
+
+    def turned(stage: Tilt) -> _Turned:
+        """Run of the table from rest through a stage."""
+        history, begun = simulate(assembly, stage, start=settled, sample=every), float(settled["step"][-1])
+        _raise_if_interrupted(history)
+        return _Turned(stage, history, readings(history, begun, downhill, weight))
+
+    first = Tilt(to_deg=to_deg, steps=steps, axis=axis, damping=damping, stop_when_moved=moved_limit * scale.smallest)
+    runs, slowest = _slowed(turned, first, halvings, tolerance)
     # once more as in the last run, to see what hangs on rounding alone
-    again = simulate(assembly, replace(stage, to_deg=to_deg * (1.0 + _LAST_BITS)), start=settled, sample=every)
-    _refuse_cut(again)
-    repeat = peak_of(readings(again, begun, downhill, weight).ratio)
+    again = turned(replace(slowest.stage, to_deg=to_deg * (1.0 + _LAST_BITS)))
+    repeat = peak_of(again.read.ratio)
     bracket = _stopped(assembly, loads, settled, runs, last_tangent, tolerance)
     status, multiplier, said = _judged(bracket, runs, repeat, last_tangent, tolerance)
-    found = replace(found, collapse=first_reached(found.ratio, multiplier))
+    found = replace(slowest.read, collapse=first_reached(slowest.read.ratio, multiplier))
     return TiltTest(
         **vars(found), status=status, collapse_multiplier=multiplier, runs=tuple(runs),
-        direction=tuple(downhill.tolist()), history=history, held=(bracket.stable, bracket.moving),
-        spread=abs(repeat / runs[-1].peak - 1.0), increments=held, warnings=(*notes, *said),
+        direction=tuple(downhill.tolist()), history=slowest.history, held=(bracket.stable, bracket.moving),
+        spread=abs(repeat / runs[-1].peak - 1.0), increments=held, warnings=(*settled.warnings, *said),
     )
 
 
-def _refuse_cut(history: History) -> None:
+class _Turned(NamedTuple):
+    """A run of the table, with the stage that turned it and what it read."""
+
+    stage: Tilt
+    history: History
+    read: Readings
+
+
+def _slowed(
+    turned: Callable[[Tilt], _Turned], first: Tilt, halvings: int, tolerance: float
+) -> tuple[list[TableRun], _Turned]:
+    """Turn the table ever more slowly until that no longer matters: all runs, and the last one.
+
+    Parameters
+    ----------
+    turned : runs the table through a stage, from rest
+    first : stage of the first run, which only finds the scale
+    halvings : most times that the rate is halved, one or more
+    tolerance : change of max(Rh / Rv) from one rate to the next that counts as none [-]
+    """
+    assert first.steps is not None
+    runs: list[TableRun] = []
+    stood: list[bool] = []
+    rate, last_tangent = first.to_deg / first.steps, float(np.tan(np.deg2rad(first.to_deg)))  # [deg per step], [-]
+    for k in range(halvings + 1):
+        reached(None, f"turn {k + 1}, {1000.0 * rate:.3g} deg per 1000 steps")
+        run = turned(replace(first, steps=int(first.to_deg / rate)))
+        peak = peak_of(run.read.ratio)
+        runs.append(TableRun(1000.0 * rate, peak))
+        # no block moved far on the whole way, and the wall still follows the table at its end
+        stood.append(run.read.steps[-1] >= run.stage.steps and peak > _FOLLOWS * last_tangent)
+        # slower no longer matters: two rates read alike, or the wall stood at both. One run alone says neither
+        if k and (all(stood[-2:]) or abs(runs[-1].peak / runs[-2].peak - 1.0) < tolerance):
+            break
+        # the second run takes all steps of the first up to the angle of collapse
+        rate = 0.5 * rate if k else min(0.5 * rate, float(np.rad2deg(np.arctan(peak))) / first.steps)
+    return runs, run
+
+
+def _raise_if_interrupted(history: History) -> None:
     """End the test where the keyboard stopped a run: its largest ratio means nothing."""
     if history.status == RunStatus.INTERRUPTED:
         raise KeyboardInterrupt("while a table settled or turned")

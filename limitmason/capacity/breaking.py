@@ -135,9 +135,10 @@ def cut(system: System, last: Node, low: Node, new: Node, ratio: float) -> tuple
 
     A root of the overload over the control displacement, between ``low`` without and ``high`` with a point beyond its
     strength. By the secant and every fourth time by halving it comes to a state in which the first point alone is
-    beyond, by no more than ``_CLOSE``. Points that are alike to it to rounding at both ends break with it.
+    beyond, by no more than ``_CLOSE``, after ``_SURE`` tries ``WITHIN``. Points that are alike to it to rounding at
+    both ends break with it. Where there is no such state, the one beyond the strength is returned as a jump.
 
-    Where all states before it are below the strength, the far end may lie on another branch: it is found anew from
+    Where all of ``_SURE`` tries are below the strength, the far end may lie on another branch: it is found anew from
     the last of them, and where no point is beyond its strength then, that is the end of the step.
 
     Parameters
@@ -307,7 +308,8 @@ def released(system: System, node: Node, rows: Index, ratio: float, target: floa
 
     Returns
     -------
-    the node, a jump whose ``broken`` are all points that broke; None where no equilibrium is found
+    the node, a jump whose ``broken`` are all points that broke; None where no equilibrium is found, or points still
+    break after ``_ROUNDS`` rounds
     """
     history, broken = weakened(node.history, rows), [rows]
     pose, multiplier, programs = node.pose, node.multiplier, 0

@@ -48,15 +48,15 @@ def thickness(assembly: Assembly) -> float:
 
 def _least_width(block: Block) -> float:
     """Least extent of a block along the axes of space and the normals of its faces [m]."""
-    aligned = float(np.ptp(block.vertices, axis=0).min())
+    least = float(np.ptp(block.vertices, axis=0).min())
     for part in block.parts:
         for face in part.faces:
             corners = part.vertices[list(face)] - part.vertices[face[0]]
             normal = np.cross(corners, np.roll(corners, -1, axis=0)).sum(axis=0)
             width = float(np.ptp(block.vertices @ normal)) / float(np.linalg.norm(normal))
             # of a block along the axes nothing but rounding is less
-            aligned = width if width < (1.0 - _ROUNDING) * aligned else aligned
-    return aligned
+            least = width if width < (1.0 - _ROUNDING) * least else least
+    return least
 
 
 class Spread(NamedTuple):

@@ -64,14 +64,17 @@ class Inner(NamedTuple):
 
 
 class _Linear(NamedTuple):
-    """Equations of the points at a state, linearised: what is eliminated, and what they lack, in units of ``Inner``."""
+    """Equations of the points, linearised at a state, in units of ``Inner``; see :meth:`_Points.linearised`.
 
-    inverse: Array  # of the product with (a, T), (m, c, c)
-    across: Array  # d(slid) / d(a, T), (m, c, c)
-    tangent: Array  # d(force) / d(displacement), (m, c, c)
-    elastic: Array  # displacements that the elastic law lacks, (m, c)
-    cone: Array  # lack of a, (m,)
-    spare: Array  # lack of the spare strengths, (r,)
+    What an equation lacks is by how much its left side exceeds its right one at the state: a step is to undo it.
+    """
+
+    inverse: Array  # of the arrow matrix that multiplies by (a, T), (m, c, c)
+    across: Array  # -d(slid) / d(a, T), by which the slip is eliminated, (m, c, c)
+    tangent: Array  # stiffness -d(force) / d(displacement), (m, c, c)
+    elastic: Array  # lack of the springs, as a displacement, (m, c)
+    cone: Array  # lack of a = c + tan(phi) N, (m,)
+    spare: Array  # lack of spare = bound + sign N, (r,)
 
 
 class _Points:
@@ -91,7 +94,7 @@ class _Points:
         law, area = system.law, system.bodies.area
         self.strength = law.strength_at(old.damage).over(area).in_units_of(system.weight)
         c = system.bodies.directions.shape[1]
-        self.axes = (0,) * c  # of length c, by which compiled loops are written out, see compiled_interior
+        self.axes = (0,) * c  # only its length counts: by it loops over components are compiled
         stiff = np.column_stack([law.kn, *[law.ks] * (c - 1)]) * area[:, None]
         self.stiff: Array = stiff * (system.length / system.weight)
         s, every = self.strength, np.arange(len(area))
@@ -126,15 +129,21 @@ class _Points:
         spare = np.where(free > 0.0, large, product * kn[self.row] / large)
         normal = spare[: len(kn)] - s.tension
         cone, slid = np.empty(tried.shape), np.empty(tried.shape)
-        compiled_interior.sheared(tried, s.shear_strength(normal), ks, product, cone, slid)
+        compiled_interior.sheared(tried, s.shear_strength(normal), ks, product, cone, slid)  # writes the last two
         return Inner(normal, cone, slid, spare, product / spare)
 
     def linearised(self, at: Evaluated, state: Inner) -> _Linear | None:
-        """Linear equations of the points about a state, with the motions of blocks left over, None if singular.
+        """Equations of the points linearised about a state, or None where one is singular.
 
-        Unknowns of a point are eliminated: its cone (limit of shear a and shear T), its slip, and in each row of spare
-        strength the ``spare`` and what has ``given``. What equations lack is kept for the right-hand side. They are
-        in displacements, so that what is inverted is a compliance and its inverse the tangent.
+        Of a point with the forces N, T and the elastic ones N', T' of the pose, and with rows of spare strength:
+
+        - springs: (N - N') / kn = tan(psi) p + sum of sign given, and (T - T') / ks = d, in displacements,
+        - limits: a = c + tan(phi) N, and spare = bound + sign N of every row,
+        - products: spare given = aim, and (a, T) o (p, d) = (aim, 0), with o as in ``compiled_interior.freed``.
+
+        All unknowns of the points are eliminated: by ``tangent``, the inverse of a compliance, their forces follow from
+        displacements, and motions of blocks alone are left to solve for. What springs and limits lack at the state goes
+        to the right-hand side, see :meth:`freed`.
 
         Parameters
         ----------
@@ -149,10 +158,10 @@ class _Points:
             inverse=inverse, across=across, tangent=tangent, elastic=np.empty((m, c)), cone=np.empty(m),
             spare=np.empty(len(self.row)),
         )
-        rows = self.row, self.sign, self.bound
+        laws, rows = (s.tan_phi, s.tan_psi, s.shear_strength(state.normal)), (self.row, self.sign, self.bound)
+        # the arrays of ``linear`` are written in place; tuples are in the order that the compiled function tells
         found = compiled_interior.linearised(
-            self.axes, (s.tan_phi, s.tan_psi, s.shear_strength(state.normal)), self.stiff, rows, tuple(state),
-            self.elastic(at), tuple(linear),
+            self.axes, laws, self.stiff, rows, tuple(state), self.elastic(at), tuple(linear),
         )
         return linear if found else None
 
@@ -175,7 +184,7 @@ class _Points:
 
         steps = np.empty(state.cone.shape), np.empty(state.cone.shape), np.empty(len(self.row))
         first = tuple(state if second is None else second)
-        compiled_interior.freed(
+        compiled_interior.freed(  # writes ``steps`` in place; does not read ``first`` without a second step
             self.axes, self.strength.tan_psi, self.row, self.sign, tuple(state), tuple(linear), aim,
             second is not None, first, steps,
         )
@@ -196,7 +205,7 @@ class _Points:
         from limitmason.capacity import compiled_interior
 
         step = Inner(*(np.empty_like(part) for part in state))
-        share = compiled_interior.stepped(
+        share = compiled_interior.stepped(  # writes the arrays of ``step`` in place
             self.axes, self.strength.tan_phi, self.row, self.sign, tuple(state), tuple(linear), freed, displaced,
             tuple(step),
         )

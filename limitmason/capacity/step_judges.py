@@ -65,8 +65,9 @@ class JudgedPath:
     """A path on its way, see :func:`limitmason.capacity.path.follow`, and what its steps must not do.
 
     A judge takes a try of a step and says ACCEPTED where it has nothing against it. Otherwise it sets
-    ``advance``, the length of the next try, and says SHORTER, or says how the path ends. Loads are multipliers [-],
-    times ``toward`` where they count as positive in the sense of the push.
+    ``advance``, the length of the next try, and says SHORTER, or says how the path ends. Some set more, for later
+    steps: ``bound``, ``ahead``, ``steady``. Loads are multipliers [-], times ``toward`` where they count as positive
+    in the sense of the push.
     """
 
     generations: Generations
@@ -112,7 +113,7 @@ class JudgedPath:
         return end
 
     def judged(self, tried: Try) -> StepOutcome | PathEnd:
-        """The first verdict on a try that does not accept it."""
+        """The first verdict on a try that does not accept it, ACCEPTED where there is none."""
         judges = self._leaps, self._skips_a_fall, self._goes_too_far, self._outruns, self._bends, self._hides_a_fall
         for judge in (*judges, self._makes_energy, self._keeps_bonds, self._passes_its_end):
             verdict = judge(tried)
@@ -127,13 +128,15 @@ class JudgedPath:
     def _leaps(self, tried: Try) -> StepOutcome:
         """A step that leaps while the load still rises may have passed over the largest.
 
-        It may have where joints soften; where they are plastic, if the leap ends by a fall that passes a limit point.
+        Where joints soften every such leap may have. Where they are plastic only one may that ends lower than the
+        largest load so far by ``DROP``, the fall that passes a limit point.
         """
-        falls = tried.system.law.softening is not None or (
+        may_pass_largest = tried.system.law.softening is not None or (
             self.toward * tried.new.multiplier < (1.0 - DROP) * self._largest()
         )
-        if not tried.new.jump or not falls or not self._rises_unseen(tried):
+        if not tried.new.jump or not may_pass_largest or not self._rises_unseen(tried):
             return StepOutcome.ACCEPTED
+        # halved as often as it leaps; by ``bound`` no later step is longer until the largest load is behind
         self.advance = self.bound = 0.5 * tried.move
         return StepOutcome.SHORTER
 
@@ -190,17 +193,18 @@ class JudgedPath:
         if not self.loading or behind or tried.new.jump or tried.due is not None or tried.guess is None:
             return StepOutcome.ACCEPTED
         move, largest = tried.new.control - tried.last.control, max(self._largest(), abs(tried.new.multiplier))
+        # rise of the load over the whole step [-]: in fact, and by the tangent at its start
         rose = self.toward * (tried.new.multiplier - self.nodes[-1].multiplier)
-        first = self._begins_with(tried)
-        self.steepest = max(self.steepest, first / abs(move))
+        by_start = self._begins_with(tried)
+        self.steepest = max(self.steepest, by_start / abs(move))
         # a load that falls at its end hides nothing; to fall by DROP and come up again it has to be steep enough
         if rose < 0.0 or self.steepest * abs(move) - rose <= 2.0 * DROP * largest:
             return StepOutcome.ACCEPTED
-        # what the slope at its end comes to over the step, and a fall of half of what counts
-        last, falls = self.toward * self.generations.rise(tried.new, tried.last, move), -0.5 * DROP * largest
+        # the rise by the tangent at its end, and a fall of half of what counts
+        by_end, falls = self.toward * self.generations.rise(tried.new, tried.last, move), -0.5 * DROP * largest
         off = abs(tried.new.multiplier - tried.guess[1]) > _DEPARTS * self.steps.smooth * largest
-        hides = min(first, last) < falls or (
-            off and first > MISSED * largest and may_have_fallen(first, rose + LEVEL * largest, last)
+        hides = min(by_start, by_end) < falls or (
+            off and by_start > MISSED * largest and may_have_fallen(by_start, rose + LEVEL * largest, by_end)
         )
         if off and not hides:
             # joints whose slip turns stick meanwhile: by their springs the load rises, and falls, and no tangent tells
@@ -222,7 +226,17 @@ class JudgedPath:
         return self.nodes[-2] if len(self.nodes) - self.begin > 1 and not self.nodes[-1].jump else None
 
     def _bends(self, tried: Try) -> StepOutcome:
-        """A step whose curve lies off the straight line between its ends is cut where their tangents meet."""
+        """A step whose curve lies off the straight line between its ends is cut where their tangents meet.
+
+        It must lie off in load, by more than ``Steps.peak``, and in displacement, by more than ``Steps.straight``: a
+        steep curve is off in load alone and a level one in displacement alone, though both look straight. The cut sets
+        ``cuts``, and ``ahead``, the end that was found, which the step after it goes towards. Not judged are jumps,
+        steps after one, breaks, closing in on a limit point, shortest steps, and those cut ``_CUTS`` times.
+
+        Parameters
+        ----------
+        tried : try of the step, with the multiplier that was foretold for its end
+        """
         sharp = tried.new.jump or tried.due is not None or tried.last.jump or self.phase is Phase.CLOSING
         if sharp or tried.guess is None or tried.move <= self.shortest or self.cuts >= _CUTS:
             return StepOutcome.ACCEPTED
@@ -230,15 +244,18 @@ class JudgedPath:
         if abs(tried.new.multiplier - tried.guess[1]) <= self.steps.peak * largest:
             # as straight as it was foretold
             return StepOutcome.ACCEPTED
+        # rise of the load over the whole step [-]: in fact, by the tangent at its start, by the tangent at its end
         rose = self.toward * (tried.new.multiplier - tried.last.multiplier)
-        first, last = self._begins_with(tried), self.toward * self.generations.rise(tried.new, tried.last, move)
-        # the tangent of joints that are unloaded, or found anew, foretells little
-        if (len(self.nodes) - self.begin < 2 or self.nodes[-1].onward is not None) and not first > rose > last:
+        by_start, by_end = self._begins_with(tried), self.toward * self.generations.rise(tried.new, tried.last, move)
+        # the tangent at the start foretells little in the first step, whose joints are unloaded, and after contacts
+        # were found anew (``onward``): then only a curve that flattens all along counts as bent
+        untold = len(self.nodes) - self.begin < 2 or self.nodes[-1].onward is not None
+        if untold and not by_start > rose > by_end:
             return StepOutcome.ACCEPTED
-        if last < 0.0 < first:
+        if by_end < 0.0 < by_start:
             return StepOutcome.ACCEPTED  # a limit point, which is closed in on
-        off, share = bend(first, rose, last)
-        # the same in displacement, by the mean slope, over the displacement so far [-]
+        off, share = bend(by_start, rose, by_end)  # off the line in load [-], and where, as a share of the step [-]
+        # off the line in displacement, by the mean slope of the step, over the displacement so far [-]
         aside = off * abs(move) / max(abs(rose) * abs(tried.new.control - self.origin.control), 1e-300)
         if off <= self.steps.peak * largest or not aside > self.steps.straight:
             return StepOutcome.ACCEPTED
@@ -247,7 +264,10 @@ class JudgedPath:
         return StepOutcome.SHORTER
 
     def _goes_too_far(self, tried: Try) -> StepOutcome:
-        """A step in which points open, land, stick or run off by more than is found at its end."""
+        """A step in which a point opens, lands, sticks or runs off its face too far is cut before that.
+
+        After a cut for points that ran off, ``steady`` keeps the steps that follow from growing.
+        """
         if tried.new.jump or tried.due is not None:
             return StepOutcome.ACCEPTED
         # share of the step in which each of these stays within bounds
@@ -268,7 +288,8 @@ class JudgedPath:
     def _outruns(self, tried: Try) -> StepOutcome:
         """A step in which blocks move much farther than at the pace of its start may end on another branch.
 
-        It is halved while it may. Where the pace at its end is no faster either, no path leads there: it is a jump.
+        It is halved while it may. Where the pace at its end does not explain the motion either, no path leads there: it
+        is a jump. It is halved on where the largest load may lie within it, see :meth:`_rises_unseen`.
         """
         if tried.new.jump or tried.last.jump or tried.due is not None or tried.guess is None:
             return StepOutcome.ACCEPTED  # the tangent of joints that a jump has unloaded foretells little
@@ -291,7 +312,7 @@ class JudgedPath:
         return StepOutcome.ACCEPTED
 
     def _halve(self, tried: Try) -> bool:
-        """Whether the step is tried half as long once more."""
+        """Whether the step is tried half as long once more; then ``advance`` is set and ``halved`` counts it."""
         if self.halved >= _HALVINGS or tried.move <= self.shortest:
             return False
         self.halved += 1
@@ -317,7 +338,7 @@ class JudgedPath:
         return StepOutcome.ACCEPTED
 
     def _jumped(self, tried: Try) -> Try:
-        """A step to a state near by that loses energy, as the jump that it is."""
+        """A step to a state near by that no path leads to, marked as a jump in place."""
         last, new = tried.last, tried.new
         self.say(f"jump at {new.control:.4g} m: lambda {last.multiplier:.5f} to {new.multiplier:.5f}")
         tried.new = tried.new._replace(jump=True)

@@ -19,10 +19,7 @@ MM_PER_MPA = 1e-9  # [m/Pa]
 
 
 def with_friction_factor(joint: Joint, factor: float) -> Joint:
-    """The joint with tan(phi), and its residual value, times a factor.
-
-    psi is kept as far as phi allows.
-    """
+    """The joint with tan(phi), and its residual, times a factor; psi at most phi."""
     phi = degrees(atan(factor * joint.tan_phi))
     psi, later = min(joint.dilatancy_angle_deg, phi), joint.residual_friction_angle_deg
     if later is not None:
@@ -46,7 +43,7 @@ def times(joint: Joint, factor: float, *names: str) -> Joint:
 def weak_base_joint(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Joints to the support with less friction than the others.
 
-    tan(phi_base) = size x tan(phi) [-].
+    tan(phi_base) = factor tan(phi) [-].
     """
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=("base",)), loads
 
@@ -60,7 +57,7 @@ def weak_base_joint(factor: float, assembly: Assembly, loads: Loads) -> Model:
 def head_joint_friction(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Head joints that carry less shear than bed joints.
 
-    tan(phi_head) = size x tan(phi) [-].
+    tan(phi_head) = factor tan(phi) [-].
     """
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=("head",)), loads
 
@@ -88,7 +85,7 @@ def stress_dependent_friction(
 ) -> Model:
     """Friction that falls with the normal stress.
 
-    tan(phi) = tan(phi_ref) (sigma / sigma_ref)^-size.
+    tan(phi) = tan(phi_ref) (sigma / sigma_ref)^-exponent.
 
     The stress of a joint is its mean normal stress under dead load, by elastic joints of uniform stiffness between
     rigid blocks; it is not changed by the live load. Head joints keep their friction.
@@ -202,12 +199,13 @@ def finite_compressive_strength(size: float, assembly: Assembly, loads: Loads) -
 def wear(rate: float, assembly: Assembly, loads: Loads, specimen: Any = None, *, order: str = "order") -> Model:
     """Friction that falls from test to test with the same blocks.
 
-    tan(phi) exp(-size (order - 1)).
+    tan(phi) exp(-rate (n - 1)) in test n = ``specimen[order]``, 1 for the first.
 
     Parameters
     ----------
-    order : name under which every specimen holds the number of its test, 1 for the first
     rate : size of the cause, per test [-]
+    specimen : mapping of a test that holds its number; it must be given, as the law depends on it
+    order : name under which every specimen holds that number
     """
     if specimen is None:
         raise InputError("wear depends on the test: give specimen={'" + order + "': number of the test}")
@@ -254,7 +252,7 @@ def joint_softness(size: float, assembly: Assembly, loads: Loads, *, shear_ratio
     hidden_when="no specimen slides; friction is a measured input as well",
 )
 def joint_friction(factor: float, assembly: Assembly, loads: Loads) -> Model:
-    """Joints with another friction than was measured: tan(phi) x size [-]."""
+    """Joints with another friction than was measured: factor tan(phi) [-]."""
     return assembly.with_joints(lambda joint: with_friction_factor(joint, factor), kinds=KINDS), loads
 
 
@@ -268,9 +266,7 @@ def joint_friction(factor: float, assembly: Assembly, loads: Loads) -> Model:
 def bond_strength(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Mortar that holds more or less.
 
-    Cohesion and tensile strength of all joints times the size [-], residual values too.
-
-    ``factor`` is that size.
+    Cohesion and tensile strength of all joints times ``factor`` [-], residual values too.
     """
     if not any(i.joint.cohesion or i.joint.tensile_strength for i in assembly.interfaces):
         raise NotApplicable("no joint has a cohesion or a tensile strength: there is no bond to change")
@@ -312,7 +308,7 @@ def joint_stiffness(
 ) -> Model:
     """Joints of another stiffness.
 
-    kn and ks times the size [-], of some kinds or between two blocks alone.
+    kn and ks times ``factor`` [-], of some kinds or between two blocks alone.
 
     Parameters
     ----------
@@ -359,9 +355,7 @@ def _softening(assembly: Assembly, change: Callable[[Joint], Joint]) -> Assembly
 def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> Model:
     """Joints that soften faster or slower.
 
-    Fracture energies in tension and shear times the size [-].
-
-    ``factor`` is that size.
+    Fracture energies in tension and shear times ``factor`` [-].
     """
 
     def tougher(joint: Joint) -> Joint:
@@ -380,11 +374,9 @@ def fracture_energy(factor: float, assembly: Assembly, loads: Loads) -> Model:
     hidden_when="limit analysis, which loses nothing; the load up to the peak does not feel it",
 )
 def strength_kept(share: float, assembly: Assembly, loads: Loads) -> Model:
-    """Joints that lose less: residual c and ft raised by the size [-] of what is lost.
+    """Joints that lose less: residual c and ft raised by ``share`` [-] of what is lost.
 
     Friction stays as it is.
-
-    ``share`` is that size.
     """
 
     def kept(joint: Joint) -> Joint:

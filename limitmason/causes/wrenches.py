@@ -30,6 +30,7 @@ def turned(loads: Loads, case: str, rotation: Array) -> dict[str, Any]:
     Mapping
         Fields of ``Loads`` by name: wrenches [N, N m], shape (n, 6), and arms, the sum of r f^T [N m], (n, 3, 3)
     """
+    # arms: sum of r f^T over the forces of each block, r from its centroid [N m], shape (n, 3, 3); axial(arms) is r x f
     wrench, arms = getattr(loads, case), getattr(loads, f"{case}_arms")
     # the moment that the arms do not tell: of a force at the nearest point of its line, and a free couple
     force, untold = wrench[:, :3], wrench[:, 3:] - axial(arms)
@@ -43,21 +44,21 @@ def turned(loads: Loads, case: str, rotation: Array) -> dict[str, Any]:
 def _arm(force: Array, moment: Array) -> Array:
     """Arm from the centroid to the line of action of each force [m], shape (n, 3).
 
-    It is F x M / |F|^2, and zero where there is no force.
+    It is F x M / |F|^2, and zero where there is no force. What the moment [N m] has along the force no arm explains.
     """
     square = (force**2).sum(axis=1, keepdims=True)
     return np.divide(np.cross(force, moment), square, out=np.zeros_like(force), where=square > 0)
 
 
 def self_weight(assembly: Assembly) -> Array:
-    """Wrench of the weight of every block, shape (n, 6)."""
+    """Wrench of the weight of every block about its centroid [N, N m], shape (n, 6)."""
     out = np.zeros((assembly.n_blocks, 6))
     out[:, 2] = -assembly.weights
     return out
 
 
 def shared_acceleration(assembly: Assembly, loads: Loads) -> Array:
-    """Live force over weight that most blocks have in common, over g, shape (3,).
+    """Live force over weight that most blocks have in common [-], shape (3,).
 
     It is zero where there is none. Only forces at the centroid count, as body forces act there. Of a single block under
     a force at its centroid nobody can tell whether it is a body force: it is taken as one.
@@ -75,7 +76,7 @@ def shared_acceleration(assembly: Assembly, loads: Loads) -> Array:
 
 
 def live_direction(loads: Loads) -> Array:
-    """Direction of the sum of the live forces, shape (3,).
+    """Unit vector along the sum of the live forces, shape (3,).
 
     Raises
     ------
@@ -90,7 +91,7 @@ def live_direction(loads: Loads) -> Array:
 
 
 def overload_of(assembly: Assembly, loads: Loads) -> Array:
-    """Dead load beyond self weight, shape (n, 6).
+    """Dead load beyond self weight [N, N m], shape (n, 6).
 
     Rounding of the weights themselves does not count.
     """
@@ -106,7 +107,8 @@ def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLik
     """Loads of an assembly whose blocks changed their weight and size.
 
     Self weight, and the live load in proportion to it that most blocks share, follow the new weights. All other forces
-    stay; their points of application move with the size.
+    stay; their points of application move with the size. A moment that the arms do not explain is that of the whole
+    force of its block, at the arm F x M / |F|^2. What no arm explains is a couple, and stays.
 
     Parameters
     ----------
@@ -117,6 +119,7 @@ def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLik
     share = shared_acceleration(old, loads)
     out: dict[str, Any] = {}
     for case, per_weight in (("dead", np.array([0.0, 0.0, -1.0])), ("live", share)):
+        # arms: sum of r f^T over the forces of each block [N m], shape (n, 3, 3), as in ``Loads``
         wrench, arms = getattr(loads, case), getattr(loads, f"{case}_arms")
         body = np.zeros_like(wrench)
         body[:, :3] = old.weights[:, None] * per_weight
@@ -125,6 +128,7 @@ def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLik
         force, moment = rest[:, :3], rest[:, 3:]
         # arms grow with the size of the block, and with them the moments
         further = np.asarray(factors) - 1.0
+        # growth [m] of the arm of the force, by the moment that ``arms`` does not explain; 0 of a pure couple
         more = _arm(force, moment - axial(arms)) * further
         rest = np.hstack([force, moment + axial(further[:, None] * arms) + np.cross(more, force)])
         out[f"{case}_arms"] = arms * np.asarray(factors)[:, None]

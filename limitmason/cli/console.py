@@ -61,7 +61,8 @@ def command(
     commands : parsers of all commands, or of the actions of one
     name : of the command
     run : function that runs it
-    target : help of its argument TARGET, "" for what the page of all commands says; None where it takes none
+    target : help of its argument TARGET, "" for no help of its own: the page of all commands says what a TARGET is;
+        None where the command takes none
     told : help and description of the command
     """
     parser = commands.add_parser(name, **told)
@@ -92,7 +93,7 @@ def figure_file(text: str) -> Path:
 
 
 def writable(text: str) -> Path:
-    """A path whose folder exists, and that is none itself, checked before an analysis begins."""
+    """A path of a file in a folder that exists, checked before an analysis begins."""
     path = Path(text)
     if path.is_dir():
         raise argparse.ArgumentTypeError(f"{text!r} is a folder: name a file")

@@ -61,11 +61,11 @@ class GroundSpectrum:
 
     Parameters
     ----------
-    ag : peak acceleration on rock over g [-]
-    f0 : largest amplification [-]
-    tc_star : start of the branch of constant velocity on rock [s]
+    ag : peak acceleration on rock over g, at most 2 [-]
+    f0 : largest amplification, 1 or more [-]
+    tc_star : start of the branch of constant velocity on rock, at most 2 [s]
     soil : class "A" to "E"
-    topography : factor ST [-]
+    topography : factor ST, 1 or more [-]
     """
 
     ag: float
@@ -77,8 +77,8 @@ class GroundSpectrum:
     def __post_init__(self) -> None:
         """Check the numbers."""
         for name in ("ag", "f0", "tc_star", "topography"):
-            if not 0.0 < finite(f"ground spectrum: {name}", getattr(self, name)) < _LARGEST:
-                raise InputError(f"ground spectrum: {name} must be positive, got {getattr(self, name)!r}")
+            if not 0.0 < (value := finite(f"ground spectrum: {name}", getattr(self, name))) < _LARGEST:
+                raise InputError(f"ground spectrum: {name} must lie between 0 and {_LARGEST:g}, got {value:g}")
         if self.ag > LARGEST_AG:
             raise InputError(f"ground spectrum: ag is over g, got {self.ag!r}; is it in m/s2?")
         if min(self.f0, self.topography) < 1.0 or self.tc_star > _LONGEST_TC:
@@ -99,7 +99,7 @@ class GroundSpectrum:
         return replace(self, ag=ag)
 
     def acceleration(self, period: float, damping: float = 0.05) -> float:
-        r"""Spectral acceleration Se(T) at a period [s] and damping [-] [m/s2], NTC 2018, 3.2.3.2.1.
+        r"""Spectral acceleration Se(T) [m/s2] at a period [s] and damping [-], NTC 2018, 3.2.3.2.1.
 
         .. math:: a_g S \eta F_0 \min(1, T_C / T, T_C T_D / T^2), \qquad T_D = 4 a_g / g + 1.6
         """
@@ -199,7 +199,7 @@ class RecordSpectrum:
     record : acceleration of the ground [m/s2], shape (n,)
     sample_step : [s]
     least : shortest period asked, that of the elastic branch [s]
-    ag : peak over g that the record stands for, at most 2; 0, the default, is that of the record itself
+    ag : peak over g that the record stands for, at most 2; by default, 0, that of the record itself, whatever it is
     """
 
     record: ArrayLike

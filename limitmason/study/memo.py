@@ -111,7 +111,7 @@ class Memo:
         Yields
         ------
         key, kept : of computed jobs alone, in the order in which they end; those that were kept before are in the memo.
-            A job that stops :class:`Unfinished` is not kept
+            A job whose function raises :class:`Unfinished` is neither kept nor given
         """
         # calls run by number: workers hand back numbers, and keys may be anything
         missing = [key for key in jobs if key not in self]

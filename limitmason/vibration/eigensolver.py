@@ -38,7 +38,8 @@ class Lowest(NamedTuple):
     ----------
     value : eigenvalues x = (2 pi f)^2 [1/s2], ascending, shape (k,)
     vector : eigenvectors as columns, of unit modal mass, shape (n, k)
-    below : eigenvalues below ``shift``; k, or more where the last is one of several equal ones; None if not counted
+    below : eigenvalues below ``shift``; k, or more where the last is one of several equal ones; None where no count
+        proves that none is missing
     shift : (2 pi f)^2 at which they were counted [1/s2]
     """
 
@@ -63,7 +64,7 @@ def lowest(system: VibratingSystem, count: int) -> Lowest:
     Raises
     ------
     NotConverged
-        When the iteration does not converge, or does not find what was counted.
+        When the iteration does not converge, or eigenvalues below the last one are counted that it does not find.
 
     References
     ----------
@@ -81,11 +82,13 @@ def lowest(system: VibratingSystem, count: int) -> Lowest:
         last = float(value[count - 1])
         margin = max(_EQUAL * abs(last), REST * largest)
         above = _eigenvalues_below(system, last + margin)
-        if above is None:
-            return Lowest(value[:count], vector[:, :count], None, last + margin)
+        if above == count:
+            return Lowest(value[:count], vector[:, :count], above, last + margin)
         # more than asked for may be copies of the last: missed are only those that lie below it and its equals
-        mine = int((value < last - margin).sum())
-        missed = 0 if above == count else (_eigenvalues_below(system, last - margin) or 0) - mine
+        under = None if above is None or above < count else _eigenvalues_below(system, last - margin)
+        if under is None:  # not counted, or fewer than have converged, which no right count gives
+            return Lowest(value[:count], vector[:, :count], None, last + margin)
+        missed = under - int((value < last - margin).sum())
         if missed <= 0:
             return Lowest(value[:count], vector[:, :count], above, last + margin)
         # random vectors have a part of every motion, those that were missed too

@@ -323,6 +323,8 @@ def test_spectra_that_make_no_sense_are_refused_by_name(spectrum, message):
     for wrong in ({"f0": 0.245}, {"tc_star": 28.0}, {"topography": 0.12}):
         with pytest.raises(InputError, match="f0 and topography are 1 or more, tc_star at most 2 s"):
             GroundSpectrum(**{"ag": 0.15, "f0": 2.45, "tc_star": 0.28, **wrong})
+    with pytest.raises(InputError, match="f0 must lie between 0 and 100, got 245"):
+        GroundSpectrum(0.15, 245.0, 0.28)
     with pytest.raises(InputError, match="record: least must be positive"):
         RecordSpectrum([0.0, 1.0, 0.0], 0.01, least=0.0)
     for wrong, words in (

@@ -12,6 +12,7 @@ import limitmason as lm
 from dem.kernels import LAW
 from dem.model.rest_or_collapse import hold
 from dem.model.unbalance import Scale
+from dem.multiplier.search import Controls, _Bracket
 
 collapse = functools.partial(dem.collapse, error_budget=())
 
@@ -312,6 +313,19 @@ def test_ferris_tin_loi_walls_with_rounded_ends_agree_with_lmgc90_or_udec(wall, 
     softer = dem.JointOptions(stiffness_factor=0.1)
     p = collapse(a, lm.Loads.horizontal(a), contact_points=(2, 2), joint_options=softer)
     assert min(abs(p.collapse_multiplier / lmgc90 - 1.0), abs(p.collapse_multiplier / udec - 1.0)) < 0.04
+
+
+def test_loads_asked_for_below_one_that_stood_tell_nothing_of_where_collapse_is():
+    c = Controls(0.01, max_steps=1, moved_limit=0.3, equilibrium=1e-3, damping=dem.Damping(), unit=1.0, first=0.1)
+
+    def climbed(*through):
+        bracket, loads = _Bracket(1.0, through, c, np.inf), []
+        for _ in range(6):
+            loads.append(bracket.next_load())
+            bracket.held(loads[-1], [])
+        return loads
+
+    assert climbed(0.5, 1.0) == climbed()
 
 
 def test_an_undecided_repeat_is_no_measured_change():

@@ -70,6 +70,16 @@ def test_the_last_mode_may_be_one_of_a_close_group(gap, seed):
     assert found.below == 12
 
 
+@pytest.mark.parametrize(("above", "under"), [(6, None), (3, 3), (None, None)])
+def test_counts_that_prove_nothing_are_told_as_none(above, under):
+    """Four of forty eigenvalues: none is counted below their last, or fewer than are found."""
+    stiffness, count = csc_array(np.diag(np.arange(1.0, 41.0))), lambda x: above if x > 4.0 else under
+    system = VibratingSystem(stiffness, csc_array(np.eye(40)), *[None] * 4, below=count)
+    found = lowest(system, 4)
+    assert found.value == pytest.approx(np.arange(1.0, 5.0))
+    assert found.below is None
+
+
 def test_turned_and_renumbered_piers_have_the_same_repetitions():
     turn = rotation_matrices(np.array([[0.3, -0.7, 0.4]]))[0]
     one, two = (lm.modes(p, 13) for p in (piers(6, 3), piers(6, 3, turn=turn, shuffle=True)))

@@ -15,6 +15,7 @@ BLOCK = (0.4, 0.175)  # length and height [m]; 4 x 1.75 units in the authors' mo
 ROUNDING = 0.020  # ends pulled in by LMGC90, UDEC and the rounded HybriDFEM column [m]
 
 OPTIONS = source_folder.read_options(NAME)
+"""Options of an assembly by name, with default, unit and meaning, as "options" of ``source.json`` states them."""
 
 
 class Published(NamedTuple):
@@ -111,7 +112,7 @@ def rows_of(specimen: str) -> list[str]:
 
 
 def assembly(test: Experiment) -> Assembly:
-    """The wall of a ``test`` on its ground slab."""
+    """The wall of a ``test`` in the x-z plane, on its ground slab; ``OPTIONS`` has units."""
     options = test.options
     joint = Joint.from_friction_coefficient(
         options["friction"], dilatancy_angle_deg=options["dilatancy_deg"], name="dry joint"
@@ -121,7 +122,7 @@ def assembly(test: Experiment) -> Assembly:
         base="slab",
     )
     if options["rounding"]:
-        # along the courses, not through the thickness
+        # edges that face y, across the wall, stay and keep the full thickness; the ends along the courses come in
         wall = wall.with_contact_ends_pulled_in(options["rounding"], direction=(0, 1, 0))
     return with_source(wall, test)
 

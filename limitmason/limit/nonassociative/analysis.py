@@ -211,7 +211,7 @@ def _state_of(
 
     Parameters
     ----------
-    law : in the order of the search
+    law : in the order of ``ordered_search.Ordered``, as the states of ``found``
     found : outcome of the search
     upper : the associative answer
     """
@@ -254,8 +254,8 @@ def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[T
 def radenkovic_lower(law: JointLaw, deadline: float = np.inf) -> float:
     """Radenkovic's lower bound: scaled associative multiplier for friction tan(psi).
 
-    The law |T| <= c' + tan(psi) N' lies inside the true one. It is NaN where no forces are within it. A program that
-    runs ends at the ``deadline``.
+    The law |T| <= c' + tan(psi) N' lies inside the true one. It is NaN where no forces are found within it, also when a
+    program ends at the ``deadline``, and 0 up to ``ZERO``.
 
     Notes
     -----
@@ -286,34 +286,36 @@ def _around(
 
     Parameters
     ----------
-    law, state : in the order of the search
+    law, state : in the order of ``ordered_search.Ordered``, read off the geometry
     accuracy : violation that counts as none [-]
     deadline : of ``time.perf_counter``
-    limits : bounds on velocities for a proof with a little dilatancy, shape (r,); None for no proof
+    limits : bounds on velocities for a proof with a little dilatancy, shape (r,), in the same order; None for no proof
     jump : whether the multiplier with a little dilatancy is looked for
     """
     ends = Polisher(law, accuracy, deadline=deadline).multiplier_interval(state)
     out: dict[str, Any] = {"interval_at_mechanism": tuple(e * problem.live_scale for e in ends)}
     if jump and time.perf_counter() < deadline and (law.tan_psi[law.tan_phi > 0] == 0).any():
         with handed_on():
-            out["at_small_dilatancy"] = _at_small_dilatancy(problem, law, state, accuracy, deadline, limits)
+            scaled = _at_small_dilatancy(law, state, accuracy, deadline, limits)
+            out["at_small_dilatancy"] = scaled * problem.live_scale
     return out
 
 
 def _at_small_dilatancy(
-    problem: Problem, law: JointLaw, state: ForceState, accuracy: float, deadline: float, limits: Array | None
+    law: JointLaw, state: ForceState, accuracy: float, deadline: float, limits: Array | None
 ) -> float:
-    """Smallest multiplier [-] of a short search with a little dilatancy, or NaN.
+    """Smallest scaled multiplier [-] of a short search with a little dilatancy, or NaN.
 
-    Joints without dilatancy get tan(psi) = ``SMALL_DILATANCY`` tan(phi). Where the multiplier itself is proven this one
-    must be too: a search that ends high would feign a jump, and so would one that the deadline ends.
+    Joints without dilatancy get tan(psi) = ``SMALL_DILATANCY`` tan(phi). With ``limits`` a value that is a jump, more
+    than ``JUMP`` above that of ``state``, is returned only where it is proven: a search that ends high would feign one.
+    A lower value feigns none and needs no proof. It is NaN where the deadline ends the search.
 
     Parameters
     ----------
-    law, state : without dilatancy, in the order of the search
+    law, state : without dilatancy, in the order of ``ordered_search.Ordered``, read off the geometry
     accuracy : violation that counts as none [-]
     deadline : of ``time.perf_counter``
-    limits : bounds on velocities for a proof, shape (r,), or None for no proof
+    limits : bounds on velocities for a proof, shape (r,), in the same order; None for no proof
     """
     little = law._replace(tan_psi=np.where(law.tan_psi == 0, SMALL_DILATANCY * law.tan_phi, law.tan_psi))
     normal = np.maximum(state.force[:: law.components], 0.0)
@@ -335,4 +337,4 @@ def _at_small_dilatancy(
                 time_limit=max(min(PROOF_SECONDS["quick"], deadline - time.perf_counter()), 0.0),
             )
             best = proof.state if proof.proven else None
-    return float("nan") if best is None else best.multiplier * problem.live_scale
+    return float("nan") if best is None else best.multiplier
