@@ -111,11 +111,14 @@ def _jointed(
     few : the warnings of few points
     """
     grid, model = chosen_points(assembly, contact_points, contact_model)
+    coarse = model == "grid" and grid == DEFAULT_POINTS
+    if coarse and contact_points is None and plane is not None:
+        # a row of the default has as many points whichever way the plane lies to the units, as on a square column
+        grid = (DEFAULT_POINTS[0],) * 2
     contacts = make_points(assembly, grid, model, plane)
     if not contacts.count:
         raise InputError("no joint touches a free block: there is nothing to settle on")
     made = make_joints(assembly, loads.dead, contacts, options)
-    coarse = model == "grid" and grid == DEFAULT_POINTS
     finer = "give contact_model='lobatto' and contact_points=(15, 15)"
     return made, on_few_points(assembly, finer, None if coarse else contacts)
 
