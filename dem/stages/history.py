@@ -293,11 +293,10 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
 
     def _against_ground(self) -> Array:
         """Displacement of recorded blocks against the held ones [m], (samples, r, 3)."""
-        grounded = on_ground(self.assembly)
-        held = grounded[self._blocks]
+        held = on_ground(self.assembly)[self._blocks]
         if held.any():
             return np.asarray(self.shift - self.shift[:, held].mean(axis=1, keepdims=True))
-        if self.state.mode == DYNAMIC and grounded.any():
+        if self.state.mode == DYNAMIC and on_ground(self.assembly).any():
             raise InputError("displacements count from the ground, and no held block is among Store(blocks=...)")
         return self.shift
 

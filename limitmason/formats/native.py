@@ -255,9 +255,7 @@ def read_json(path: str | Path) -> Model:
         raise node.error("give exactly one of 'outlines' (with 'thickness') and 'blocks'")
     if ("interfaces" in node) == ("joint" in node):
         raise node.error("give exactly one of 'joint' and 'interfaces' (with 'joint_laws')")
-    pairs = (
-        ("names", "outlines"), ("thickness", "outlines"), ("materials", "blocks"), ("joint_laws", "interfaces"),
-    )
+    pairs = ("names", "outlines"), ("thickness", "outlines"), ("materials", "blocks"), ("joint_laws", "interfaces")
     for key, other in pairs:
         if key in node and other not in node:
             raise node[key].error(f"goes with {other!r}, which are not there; leave it out")
@@ -285,10 +283,7 @@ def _check_units(node: DocumentNode) -> None:
 
 
 def _tolerances(node: DocumentNode) -> dict[str, Any]:
-    """Arguments of constructors of ``Assembly`` that say which faces touch.
-
-    They are read from the document ``node``.
-    """
+    """Arguments of constructors of ``Assembly`` that say which faces touch, from the document ``node``."""
     rules, distance = node.get("contact_rules"), node.given("tolerance", DocumentNode.number, default=None)
     if rules is None:
         return {"tolerance": distance}
