@@ -78,6 +78,9 @@ class Cause:
         low, high = pair.tolist()
         object.__setattr__(self, "bounds", (low, high))
         object.__setattr__(self, "baseline", float(self.baseline))
+        for name in ("reads", "own", "drifts"):  # tuples, as tables are kept by causes, which must have a hash
+            names = getattr(self, name)
+            object.__setattr__(self, name, (names,) if isinstance(names, str) else tuple(names))
         if not (isfinite(low) and isfinite(high) and low < high):
             raise InputError(f"cause {self.name!r}: bounds must be finite and increasing, got {self.bounds}")
         if not low <= self.baseline <= high:

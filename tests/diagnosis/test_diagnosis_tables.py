@@ -1,6 +1,7 @@
 """Laws of the parts: tables against the simulator, grid fits against least squares, calls counted, cached, refused."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -456,3 +457,16 @@ def test_sizes_are_added_where_a_mechanism_takes_over_while_any_are_left(levels)
     around = [found[k] - found[k - 1] for k in (int(np.searchsorted(found, s["c"])) for s in walls)]
     assert sum(around) <= {8: 0.5, 10: 0.375, 14: 0.25}[levels]
     assert table.error > 1.0  # a jump stays missed by half of it between two sizes, which is told
+
+
+def test_columns_of_a_cause_are_given_as_a_list_or_as_one_name(tmp_path):
+    """A list ended in a TypeError: tables and answers on disk go by causes."""
+    told = [{"x": x, "batch": "a"} for x in (1.0, 2.0)]
+    kept = []
+    for _ in range(2):
+        simulator = Simulator(Counted(told=False), told, cache=tmp_path / "kept.jsonl")
+        cause = replace(BEND, own=["batch"], apply=lambda mu, size: mu + size)
+        kept.append(simulator.predict([Job(i, (), ((cause, 0.1),)) for i in range(2)]))
+    assert simulator.calls == 0
+    assert (kept[0] == kept[1]).all()
+    assert replace(BEND, own="batch").own == cause.own == ("batch",)
