@@ -20,6 +20,7 @@ from limitmason.continuum.solid import Continuum
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotConverged
 from limitmason.model.input import read_vector
+from limitmason.storage.files import named_path
 
 REACHED, STOPPED, INTERRUPTED = "reached", "stopped", "interrupted"
 # numbers that steer the steps are chosen: they change where samples lie and how long a path takes
@@ -86,8 +87,8 @@ def push(
     NotConverged
         When no state under dead load is found.
     InputError
-        For a control or lengths that make no sense, live loads that do not move the control, and a start of another
-        model or control.
+        For a control or lengths that make no sense, live loads that do not move the control, a start of another model
+        or control, and a checkpoint that a run from the beginning would write over.
 
     Notes
     -----
@@ -112,6 +113,8 @@ def push(
     for name, value in (*given.items(), ("band", band)):
         if value is not None:
             positive(name, value)
+    if checkpoint is not None and start is None:
+        _check_free(checkpoint)
     if first is not None and largest is not None and first > largest:
         raise InputError(f"first must not be above largest, got {first!r} and {largest!r} [m]")
     if not np.abs(model.live).max() > 0.0:
@@ -162,6 +165,15 @@ def push(
         curve.save(checkpoint)
     say(f"{status} after {len(nodes) - 1} steps, {solver.factorisations} factors, {time.perf_counter() - begun:.0f} s")
     return curve
+
+
+def _check_free(checkpoint: str | Path) -> None:
+    """Refuse a checkpoint that a run from the beginning would write over."""
+    if named_path(checkpoint).exists():
+        raise InputError(
+            f"{checkpoint} is there already and would be lost: go on with "
+            f"start=load_curve({str(checkpoint)!r}, model), delete it to begin anew, or give another file"
+        )
 
 
 def _same_control(start: SolidCurve, point: Array, direction: Array) -> None:

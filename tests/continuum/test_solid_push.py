@@ -231,6 +231,8 @@ def test_a_curve_is_gone_on_from_saved_and_drawn(coarse, tmp_path):
     lines = []
     half = pushed(solid, 6e-4, checkpoint=tmp_path / "path.npz", progress=lines.append)
     assert len(lines) == len(half)  # a line per step and one at the end
+    with pytest.raises(InputError, match="is there already and would be lost"):
+        pushed(solid, 6e-4, checkpoint=tmp_path / "path.npz")
     back = load_curve(tmp_path / "path.npz", solid)
     whole = pushed(solid, 1.2e-3, start=back)
     assert whole.displacement[: len(half)] == pytest.approx(half.displacement)
