@@ -21,6 +21,8 @@ from limitmason.methods import available_methods, get_method
 from limitmason.study.sampling import running
 from limitmason.study.table import Table
 
+_LAMBDA = "collapse multiplier λ [-]"
+
 _MONOLITH = Look("in one piece", "BLACK", "s")
 """Of block-size studies: the structure without joints, no method of its own."""
 
@@ -103,7 +105,7 @@ def side_by_side(result: Any, *, title: str | None = None, ax: Axes | None = Non
     said = style.enlarged(*ax.get_xlim())
     ax.set_ylim(-0.6, len(rows) - 0.35)
     ax.set_yticks(range(len(rows)), [_row_name(r) for r in reversed(rows)])
-    ax.set_xlabel("collapse multiplier λ [-]")
+    ax.set_xlabel(_LAMBDA)
     ax.grid(axis="x", linewidth=0.3, color="#dddddd")
     ax.spines["left"].set_visible(False)
     caption = [] if result.measured is None else ["dashed: test, grey: its scatter" if high > low else "dashed: test"]
@@ -183,9 +185,8 @@ def study_lines(
     if log and min(r[x] for r in rows) < 0:
         raise InputError(f"column {x!r} has values below zero, which cannot stand on a logarithmic axis")
     by = _lines_by(rows, x, y) if by is None else tuple(by)
-    for name in by:
-        if not any(name in r for r in rows):
-            raise InputError(f"by names the column {name!r}, which no row has")
+    if missing := [name for name in by if not any(name in r for r in rows)]:
+        raise InputError(f"by names the column {missing[0]!r}, which no row has")
     own_page = ax is None
     figure, ax = style.paper(style.page_width(), height=3.4, ax=ax)
     positive = sorted({float(r[x]) for r in rows if r[x] > 0})
@@ -234,8 +235,7 @@ def study_lines(
         ax.set_ylim(bottom=0.0)
     units = table.units if isinstance(table, Table) else {}
     named = {c: f"{c} [{units[c]}]" if units.get(c, "-") != "-" else c for c in (x, y)}
-    ax.set_xlabel(x_label or named[x])
-    ax.set_ylabel(y_label or ("collapse multiplier λ [-]" if y == "multiplier" else named[y]))
+    ax.set(xlabel=x_label or named[x], ylabel=y_label or (_LAMBDA if y == "multiplier" else named[y]))
     ax.grid(linewidth=0.3, color="#dddddd")
     style.frame(ax, title, "\n".join(t for t in (caption, style.enlarged(*ax.get_ylim())) if t))
     if handles and own_page:

@@ -1,7 +1,6 @@
 """Laws of the parts: tables against the simulator, grid fits against least squares, calls counted, cached, refused."""
 
 import math
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from limitmason.diagnosis.inference.likelihood import Likelihood
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.trends import Trends
 from limitmason.diagnosis.simulator_calls import Job, Simulator
-from limitmason.errors import InputError
 from limitmason.study import Memo
 
 X = np.linspace(0.2, 1.0, 10)
@@ -334,23 +332,6 @@ def test_an_interrupted_study_goes_on_from_disk(tmp_path):
     assert third.simulator.calls == 0
 
 
-def test_an_answer_on_disk_is_checked_by_the_study_that_takes_it(tmp_path):
-    told = [{"x": x} for x in (-1.0, 1.0, 2.0, 3.0)]
-
-    def drift(s):
-        return s["x"]
-
-    def asked(*quantities):
-        rows = [Observation(i, q, 1.0, 0.1) for i in range(4) for q in quantities]
-        return Study(told, drift, rows, cache=tmp_path / "kept.jsonl")
-
-    assert asked("residual displacement").baseline() == pytest.approx([-1.0, 1.0, 2.0, 3.0])
-    with pytest.raises(InputError, match=r"gave -1.0; a positive finite number is needed"):  # was NaN
-        asked("peak").baseline()
-    with pytest.raises(InputError, match=r"a mapping of peak, stiffness is needed"):  # was numpy's word on shapes
-        asked("peak", "stiffness").baseline()
-
-
 @pytest.mark.slow
 def test_parallel_equals_serial():
     one, two = make(), make(n_jobs=2)
@@ -457,16 +438,3 @@ def test_sizes_are_added_where_a_mechanism_takes_over_while_any_are_left(levels)
     around = [found[k] - found[k - 1] for k in (int(np.searchsorted(found, s["c"])) for s in walls)]
     assert sum(around) <= {8: 0.5, 10: 0.375, 14: 0.25}[levels]
     assert table.error > 1.0  # a jump stays missed by half of it between two sizes, which is told
-
-
-def test_columns_of_a_cause_are_given_as_a_list_or_as_one_name(tmp_path):
-    """A list ended in a TypeError: tables and answers on disk go by causes."""
-    told = [{"x": x, "batch": "a"} for x in (1.0, 2.0)]
-    kept = []
-    for _ in range(2):
-        simulator = Simulator(Counted(told=False), told, cache=tmp_path / "kept.jsonl")
-        cause = replace(BEND, own=["batch"], apply=lambda mu, size: mu + size)
-        kept.append(simulator.predict([Job(i, (), ((cause, 0.1),)) for i in range(2)]))
-    assert simulator.calls == 0
-    assert (kept[0] == kept[1]).all()
-    assert replace(BEND, own="batch").own == cause.own == ("batch",)

@@ -4,12 +4,14 @@ import inspect
 import sys
 import traceback
 import warnings
+from dataclasses import replace
 
 import pytest
 
 from limitmason import causes, cli
-from limitmason.diagnosis import Cause, Measured, Noise, Study
+from limitmason.diagnosis import Cause, Measured, Noise, Observation, Study
 from limitmason.diagnosis.simulate import collapse, several
+from limitmason.diagnosis.simulator_calls import Job, Simulator
 from limitmason.errors import InputError
 
 SPECIMENS = [{"x": x} for x in (0.2, 0.3, 0.5, 0.7)]
@@ -215,3 +217,38 @@ def test_what_a_ready_simulator_takes_is_what_it_passes_on():
     bare = Study(SPECIMENS, several(lambda s: None, {"peak": "limit"}), None, Noise(0.04))
     with pytest.raises(InputError, match="simulate does not take the parameter 'torsion_limit'"):
         bare.table(twist)
+
+
+def bent(specimen, *, mu=0.7, extend=None):
+    """A model that a cause may extend."""
+    return specimen["x"] * (extend(mu) if extend else mu)
+
+
+def test_an_answer_on_disk_is_checked_by_the_study_that_takes_it(tmp_path):
+    told = [{"x": x} for x in (-1.0, 1.0, 2.0, 3.0)]
+
+    def drift(s):
+        return s["x"]
+
+    def asked(*quantities):
+        rows = [Observation(i, q, 1.0, 0.1) for i in range(4) for q in quantities]
+        return Study(told, drift, rows, cache=tmp_path / "kept.jsonl")
+
+    assert asked("residual displacement").baseline() == pytest.approx([-1.0, 1.0, 2.0, 3.0])
+    with pytest.raises(InputError, match=r"gave -1.0; a positive finite number is needed"):  # was NaN
+        asked("peak").baseline()
+    with pytest.raises(InputError, match=r"a mapping of peak, stiffness is needed"):  # was numpy's word on shapes
+        asked("peak", "stiffness").baseline()
+
+
+def test_columns_of_a_cause_are_given_as_a_list_or_as_one_name(tmp_path):
+    """A list ended in a TypeError: tables and answers on disk go by causes."""
+    told = [{"x": x, "batch": "a"} for x in (1.0, 2.0)]
+    kept = []
+    for _ in range(2):
+        simulator = Simulator(bent, told, cache=tmp_path / "kept.jsonl")
+        cause = replace(BEND, own=["batch"], apply=lambda mu, size: mu + size)
+        kept.append(simulator.predict([Job(i, (), ((cause, 0.1),)) for i in range(2)]))
+    assert simulator.calls == 0
+    assert (kept[0] == kept[1]).all()
+    assert replace(BEND, own="batch").own == cause.own == ("batch",)

@@ -415,7 +415,7 @@ def test_what_an_interrupt_cut_short_is_not_kept(keeps, tmp_path, interruptible)
 
 
 @pytest.mark.parametrize("keeps", ["sweep", "once", "compare"])
-def test_nothing_is_computed_for_a_file_that_cannot_be_written(keeps, tmp_path):
+def test_nothing_is_computed_for_a_file_that_cannot_be_written(keeps, tmp_path, monkeypatch):
     """The first run, of an hour perhaps, was lost: only when it was to be kept was the file tried."""
     (tmp_path / "file").write_text("mine")
     begun: list[int] = []
@@ -430,10 +430,9 @@ def test_nothing_is_computed_for_a_file_that_cannot_be_written(keeps, tmp_path):
             return lm.compare(block, lm.Loads.horizontal(block), ("associative",), store=path.parent, associative={})
         return sweep(run, {"k": [1]}, store=path, key="k") if keeps == "sweep" else Memo(path).once(1, run)
 
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("limitmason.comparison.comparing._solve", lambda *_: run())
-        with pytest.raises(OSError, match="file"):
-            study()
+    monkeypatch.setattr("limitmason.comparison.comparing._solve", lambda *_: run())
+    with pytest.raises(OSError, match="file"):
+        study()
     assert not begun
     assert (tmp_path / "file").read_text() == "mine"
 
