@@ -157,3 +157,18 @@ def test_one_step_and_many_spend_the_same_on_a_straight_opening():
     assert one.history.damage[0] == pytest.approx(old.damage[0], abs=1e-12)
     closed = (1.5 * (0.4 - 0.1)) / (1.0 - 1.5 * 0.17 / 2.0)
     assert one.history.damage[0] == pytest.approx(closed, abs=1e-12)
+
+
+@pytest.mark.parametrize("lift", [0.0, 0.1])
+def test_opening_that_dilation_made_before_damages_nothing(lift):
+    """h = r (w - lift - t (1 - h) / kn) of a pull alone, solved for h: opening by dilation carries no tension."""
+    one = np.ones(1)
+    peak, rest = PointLaw(0.6 * one, 0.3 * one, 0.5 * one, 0.2 * one, np.inf * one), PointLaw(
+        0.6 * one, 0.3 * one, 0.0 * one, 0.0 * one, np.inf * one
+    )
+    law = ElastoplasticLaw(peak, 2.0 * one, 3.0 * one, Softening(rest, 1.5 * one, 0.0 * one))
+    old = PlasticHistory(np.zeros((1, 1)), lift * one, 0.0 * one)
+    found = return_map(law, old, np.array([[0.3, 0.0]]))
+    damage = 1.5 * (0.3 - lift - 0.2 / 2.0) / (1.0 - 1.5 * 0.2 / 2.0)
+    assert found.history.damage == pytest.approx([damage])
+    assert found.stress[0] == pytest.approx([-0.2 * (1.0 - damage), 0.0])
