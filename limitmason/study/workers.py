@@ -209,7 +209,7 @@ def _unpacked(
         raise ChildProcessError(_lost(under_way.values())) from error
     finally:
         if under_way and at_once is not None:
-            _end(executor, under_way)
+            _end(executor)
         else:
             for future in list(under_way):
                 future.cancel()
@@ -238,16 +238,21 @@ def _processes(workers: int) -> Any:
     )
 
 
-def _end(executor: Any, under_way: Iterable[Future]) -> None:
+def _end(executor: Any) -> None:
     """End worker processes that compute for nobody: Python would wait for them when it ends.
 
-    What they have ``under_way`` fails, by which all know that the executor is no more.
+    What they have under way fails, by which all know that the executor is no more.
     """
     # not by its shutdown, whose thread fails where a chunk was handed over a moment ago
     for process in list(getattr(executor, "_processes", None) or ()):
         with suppress(ProcessLookupError):
             os.kill(process, signal.SIGTERM)
-    wait(under_way, timeout=_ENDING)
+    # the next study would be given the same executor as long as that has not noticed: it has once a call fails. The
+    # chunks under way may have ended a moment before
+    deadline = time.monotonic() + _ENDING
+    with suppress(BrokenExecutor, TimeoutError):
+        while (left := deadline - time.monotonic()) > 0.0:
+            executor.submit(int).result(left)
 
 
 def _end_with(parent: int) -> None:

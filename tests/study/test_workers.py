@@ -254,3 +254,23 @@ def test_a_study_that_is_interrupted_ends_its_worker_processes(soon, monkeypatch
     with pytest.raises(KeyboardInterrupt):
         results.throw(KeyboardInterrupt())
     assert pool.process.wait(LONGEST) != 0
+
+
+class NoticesLate(Counting):
+    """An executor that notices at the fifth call that its worker processes were killed."""
+
+    def submit(self, function, *arguments):
+        if self.given == 4:
+            raise BrokenProcessPool("no process is left")
+        return super().submit(function, *arguments)
+
+
+def test_the_next_study_is_not_given_worker_processes_that_are_ending(soon, monkeypatch):
+    """All chunks under way had ended: a study right after one that was left early now and then lost its workers."""
+    pool = NoticesLate()
+    monkeypatch.setattr(workers, "_processes", lambda n: pool)
+    results = run_points(square, points(30), None, 2)
+    assert [number for number, _ in islice(results, 2)] == [0, 1]
+    results.close()
+    with pytest.raises(BrokenProcessPool):
+        pool.submit(square, 1)
