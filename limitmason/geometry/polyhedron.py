@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError
+from limitmason.geometry.rotation import cross
 
 Faces = tuple[tuple[int, ...], ...]
 
@@ -207,7 +208,7 @@ def face_planes(corners: Array) -> tuple[Array, Array]:
     """Outward unit normal (k, 3) and offset n.x [m] (k,) of k plane polygons of n corners each [m], (k, n, 3)."""
     centre = corners.mean(axis=1)
     r = corners - centre[:, None]
-    normal = np.cross(r, np.roll(r, -1, axis=1)).sum(axis=1)
+    normal = cross(r, np.roll(r, -1, axis=1)).sum(axis=1)
     normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
     return normal, np.einsum("ki,ki->k", normal, centre)
 

@@ -35,6 +35,17 @@ def quaternions(vector: ArrayLike) -> Array:
     return np.concatenate([np.cos(half), 0.5 * np.sinc(half / np.pi) * v], axis=-1)
 
 
+def cross(v: Array, w: Array) -> Array:
+    """V x w of vectors of shape (..., 3); :func:`numpy.cross` takes five times as long for a few of them."""
+    x, y, z = v[..., 0], v[..., 1], v[..., 2]
+    along_x = y * w[..., 2] - z * w[..., 1]
+    product = np.empty((*along_x.shape, 3))
+    product[..., 0] = along_x
+    product[..., 1] = z * w[..., 0] - x * w[..., 2]
+    product[..., 2] = x * w[..., 1] - y * w[..., 0]
+    return product
+
+
 def cross_matrix(v: Array) -> Array:
     """[v], with [v] w = v x w, of vectors of shape (..., 3): shape (..., 3, 3)."""
     k = np.zeros((*v.shape, 3))
