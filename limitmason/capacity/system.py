@@ -99,6 +99,7 @@ class System:
         turns = np.abs(bodies.basis[3:6]).max(axis=0) > 0.5  # of a basis of unit vectors: turns, and not shifts
         self.row_scale = np.where(turns, 1.0 / (weight * size), 1.0 / weight)
         self.motion_scale = np.where(turns, self.length / size, self.length)
+        self._scale = self.row_scale[:, None] * self.motion_scale  # of stiffnesses to own units, shape (d, d)
         self.control_own = (self.control * self.motion_scale)[free] / self.length
         self.springs_own = (np.hstack([np.zeros_like(control), springs]) * self.length / weight)[free]
         self.ends = np.stack([number[bodies.block_a], number[bodies.block_b]], axis=1)  # (m, 2, d)
@@ -173,8 +174,9 @@ class System:
         """
         dead, live = self.loads.at(pose)
         total = block_wrenches(self.bodies, wrenches, force) + dead + multiplier * live
-        for side, block in enumerate((self.ties.block_a, self.ties.block_b)):
-            np.add.at(total, block, pulled.tension[:, None] * pulled.wrenches[:, side])
+        if len(self.ties.length):
+            for side, block in enumerate((self.ties.block_a, self.ties.block_b)):
+                np.add.at(total, block, pulled.tension[:, None] * pulled.wrenches[:, side])
         if self.bodies.deforming:
             total[:, -self.bodies.deforming :] -= self.springs * pose.shapes
         return np.asarray((total * self.row_scale)[self.bodies.free])
@@ -307,12 +309,13 @@ class System:
         values = self._summed(element)
         border = np.zeros(self.order) if prescribed == "multiplier" else self.control_own
         corner = 1.0 if prescribed == "multiplier" else 0.0
-        viscous = np.broadcast_to(-np.asarray(viscosity, float), (self.order,)) - self.springs_own
+        viscous = -self.springs_own - viscosity
         # every place once
         values[self._rest] += np.concatenate([viscous, self.applied(at.pose)[1], border, [corner]])
-        turned = self.loads.load_tangent(at.pose, at.multiplier) * (self.row_scale[:, None] * self.motion_scale)
-        moves = self._turning >= 0
-        values[self._turning[moves]] += turned.ravel()[moves]
+        if len(self._turning):
+            turned = self.loads.load_tangent(at.pose, at.multiplier) * self._scale
+            moves = self._turning >= 0
+            values[self._turning[moves]] += turned.ravel()[moves]
         made = copy(self._pattern)  # shares its indices: a matrix made anew would check them again
         made.data = values
         return made
@@ -321,9 +324,8 @@ class System:
         """Entries of the tangent, own units, by elements in newtons and metres, (k, 2 d, 2 d)."""
         from limitmason.capacity import compiled
 
-        rows, columns = np.concatenate([self.row_scale] * 2), np.concatenate([self.motion_scale] * 2)
         values = np.zeros(self._pattern.nnz)
-        compiled.assembled(element, rows[:, None] * columns, self._slot, values)
+        compiled.assembled(element, np.tile(self._scale, (2, 2)), self._slot, values)
         return values
 
     def _elements(self, at: Evaluated) -> Array:
