@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.geometry.polygon import part_within
 from limitmason.geometry.polyhedron import Solid, box, face_plane
 
 _JOINED = 1e-6
@@ -28,19 +29,10 @@ def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> 
         return None, polygon
     if not (height > 0.0).any():
         return polygon, None
-    below, above = [], []
-    for k in range(len(polygon)):
-        # the side from a to b, and their heights above the plane
-        a, b, ha, hb = polygon[k - 1], polygon[k], height[k - 1], height[k]
-        if ha * hb < 0.0:
-            cut = a + ha / (ha - hb) * (b - a)
-            below.append(cut)
-            above.append(cut)
-        if hb <= 0.0:
-            below.append(b)
-        if hb >= 0.0:
-            above.append(b)
-    return np.array(below), np.array(above)
+    # where the plane cuts the side to the first corner, both parts begin there
+    turn = int(height[-1] * height[0] < 0.0)
+    below, above = (np.roll(part_within(polygon, sign * height), turn, axis=0) for sign in (1.0, -1.0))
+    return below, above
 
 
 def outer_faces(parts: Sequence[Solid]) -> list[Array]:
