@@ -24,6 +24,8 @@ from limitmason.model.interface import COS_45, Interface
 
 _GOLDEN = 0.6180339887498949  # golden ratio less one: the parts of its multiples spread most evenly over 0 to 1 [-]
 
+_ROUNDING = 1e-9  # of a joint's size, chosen: a strip that is narrower is rounding
+
 _RUNS_ALONG = 0.9  # cosine of 25 degrees, chosen: how far an edge may turn from the head joint it ends at
 
 
@@ -253,7 +255,11 @@ def _cut_edge(
     """
     # signed distance of every corner from the line where the strip ends, positive in what is left [m]
     distance = (polygon - at) @ inward - depth
+    if distance.max() <= _ROUNDING * np.ptp(polygon, axis=0).max():
+        joint = assembly.joint_text(interface.block_a, interface.block_b)
+        raise InputError(f"{joint} is not longer than the {depth:.3g} m it loses at a head joint")
     out = []
+    # as ``part_within``, but multiplied before it is divided: last digits of answers hang on that
     for k in range(len(polygon)):
         j = (k + 1) % len(polygon)
         if distance[k] >= 0.0:
@@ -261,9 +267,6 @@ def _cut_edge(
         # the side from k to j crosses the line
         if distance[k] * distance[j] < 0.0:
             out.append(polygon[k] + (polygon[j] - polygon[k]) * distance[k] / (distance[k] - distance[j]))
-    if len(out) >= 3:
-        return np.array(out)
-    joint = assembly.joint_text(interface.block_a, interface.block_b)
-    raise InputError(f"{joint} is not longer than the {depth:.3g} m it loses at a head joint")
+    return np.array(out)
 
 
