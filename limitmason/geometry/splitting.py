@@ -5,11 +5,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.constants import RELATIVE_TOLERANCE
 from limitmason.geometry.polygon import part_within
-from limitmason.geometry.polyhedron import Solid, box, face_plane
+from limitmason.geometry.polyhedron import Solid, box, face_plane, least_widths
 
 _JOINED = 1e-6
-"""Chosen: faces of two pieces this near to one plane, of the size of both, join them."""
+"""Part of the size of the pieces of a body up to which places are one, and 1 less the cosine of normals [-]: chosen."""
 
 
 def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> tuple[Array | None, Array | None]:
@@ -48,12 +49,14 @@ def outer_faces(parts: Sequence[Solid]) -> list[Array]:
     if len(parts) == 1:
         return [face for _, face in faces]
     slack = _JOINED * float(np.ptp(np.vstack([part.vertices for part in parts]), axis=0).max())
+    # pieces may be drawn apart, or overlap, by as much as faces in contact, but not by the thickness of one
+    near = max(slack, RELATIVE_TOLERANCE * float(least_widths([[part] for part in parts]).min()))
     planes = [face_plane(face) for _, face in faces]
     out = []
     for (part, face), (normal, offset) in zip(faces, planes, strict=True):
         left = [face]
         for (other, cover), (opposite, distance) in zip(faces, planes, strict=True):
-            if other != part and normal @ opposite < _JOINED - 1.0 and abs(offset + distance) <= slack:
+            if other != part and normal @ opposite < _JOINED - 1.0 and abs(offset + distance) <= near:
                 left = [rest for piece in left for rest in _uncovered(piece, cover, opposite, slack)]
         out += left
     return out
