@@ -20,11 +20,9 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
 from limitmason.model.detection import doubts_between
 from limitmason.model.input import read_direction, read_fixed, read_vector
-from limitmason.model.interface import COS_45, Interface
+from limitmason.model.interface import COS_45, ROUNDING, Interface
 
 _GOLDEN = 0.6180339887498949  # golden ratio less one: the parts of its multiples spread most evenly over 0 to 1 [-]
-
-_ROUNDING = 1e-9  # of a joint's size, chosen: a strip that is narrower is rounding
 
 _RUNS_ALONG = 0.9  # cosine of 25 degrees, chosen: how far an edge may turn from the head joint it ends at
 
@@ -255,7 +253,7 @@ def _cut_edge(
     """
     # signed distance of every corner from the line where the strip ends, positive in what is left [m]
     distance = (polygon - at) @ inward - depth
-    if distance.max() <= _ROUNDING * np.ptp(polygon, axis=0).max():
+    if distance.max() <= ROUNDING * np.ptp(polygon, axis=0).max():
         joint = assembly.joint_text(interface.block_a, interface.block_b)
         raise InputError(f"{joint} is not longer than the {depth:.3g} m it loses at a head joint")
     out = []

@@ -19,6 +19,9 @@ from limitmason.storage.frozen import ReadOnly, owned
 COS_45 = np.sqrt(0.5)
 """Cosine of 45 degrees: of two directions at right angles, a unit vector faces the one it is nearer to [-]."""
 
+ROUNDING = 1e-9
+"""Part of a joint's size below which what cuts leave of it is no width [-]: chosen."""
+
 
 @dataclass(frozen=True, eq=False)
 class Interface(ReadOnly):
@@ -90,16 +93,18 @@ def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array 
     frame = axes_in_plane(p, n)
     flat = (p - p[0]) @ frame
     out = flat
-    far = 4.0 * np.ptp(flat, axis=0).max()
+    size = np.ptp(flat, axis=0).max()
+    far = 4.0 * size
     for a, b in zip(flat, np.roll(flat, -1, axis=0), strict=True):
         along = (b - a) / np.linalg.norm(b - a)
         inward = np.array([-along[1], along[0]])
         if keep is not None and abs((frame @ inward) @ keep) > COS_45:
             continue
         q = a + inset * inward
-        out = left_of_line(out, q - far * along, q + far * along)
-        if len(out) < 3:
+        # a sliver is left by rounding alone
+        if ((out - q) @ inward).max() <= ROUNDING * size:
             return None
+        out = left_of_line(out, q - far * along, q + far * along)
     return p[0] + out @ frame.T
 
 
