@@ -94,7 +94,7 @@ def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array 
     flat = (p - p[0]) @ frame
     out = flat
     size = np.ptp(flat, axis=0).max()
-    far = 4.0 * size
+    far = 4.0 * size  # half the length of the line that cuts: last digits alone hang on it
     for a, b in zip(flat, np.roll(flat, -1, axis=0), strict=True):
         along = (b - a) / np.linalg.norm(b - a)
         inward = np.array([-along[1], along[0]])
