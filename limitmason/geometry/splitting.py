@@ -36,7 +36,7 @@ def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> 
     return below, above
 
 
-def outer_faces(parts: Sequence[Solid]) -> list[Array]:
+def outer_faces(parts: Sequence[Solid], distance: float | None = None) -> list[Array]:
     """Faces of the pieces of one body, without what lies between two of them [m], shape (k, 3) each.
 
     They are convex and run counter-clockwise seen from outside.
@@ -44,13 +44,15 @@ def outer_faces(parts: Sequence[Solid]) -> list[Array]:
     Parameters
     ----------
     parts : convex pieces that do not overlap
+    distance : gap or overlap up to which they touch [m]; by default that of contacts, for the thinnest piece
     """
     faces = [(k, part.vertices[list(face)]) for k, part in enumerate(parts) for face in part.faces]
     if len(parts) == 1:
         return [face for _, face in faces]
     slack = _JOINED * float(np.ptp(np.vstack([part.vertices for part in parts]), axis=0).max())
-    # pieces may be drawn apart, or overlap, by as much as faces in contact, but not by the thickness of one
-    near = max(slack, RELATIVE_TOLERANCE * float(least_widths([[part] for part in parts]).min()))
+    # two faces of a stack of thin pieces are not one
+    thinnest = float(least_widths([[part] for part in parts]).min())
+    near = max(slack, RELATIVE_TOLERANCE * thinnest if distance is None else min(distance, 0.5 * thinnest))
     planes = [face_plane(face) for _, face in faces]
     out = []
     for (part, face), (normal, offset) in zip(faces, planes, strict=True):

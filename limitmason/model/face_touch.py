@@ -1,5 +1,6 @@
 """Faces of blocks and the interfaces on them: gap and angle of every contact, and the faces that touch nothing."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -8,6 +9,7 @@ from limitmason.arrays import Array, Flags
 from limitmason.constants import RELATIVE_TOLERANCE
 from limitmason.geometry.facing import Faces, all_faces, faces_under
 from limitmason.geometry.polygon import width_in_space
+from limitmason.geometry.splitting import outer_faces
 from limitmason.model.blockwork import Blockwork
 from limitmason.model.detection import BlockPieces
 
@@ -93,7 +95,7 @@ def outer_faces_touched(assembly: Blockwork) -> tuple[Faces, Flags]:
 
     One that an interface covers in part counts as touched.
     """
-    polygons = [b.outer_faces for b in assembly.blocks]
+    polygons = [outer_faces_of(assembly, k) for k in range(assembly.n_blocks)]
     count = [len(p) for p in polygons]
     faces = Faces.of([face for p in polygons for face in p], np.repeat(np.arange(len(count)), count))
     touched, first = np.zeros(len(faces.part), dtype=bool), np.concatenate([[0], np.cumsum(count)])
@@ -101,6 +103,15 @@ def outer_faces_touched(assembly: Blockwork) -> tuple[Faces, Flags]:
         for block, normal in ((i.block_a, i.normal), (i.block_b, -i.normal)):
             touched[faces_under(faces, slice(first[block], first[block + 1]), i.polygon, normal)] = True
     return faces, touched
+
+
+def outer_faces_of(assembly: Blockwork, block: int) -> Sequence[Array]:
+    """Corners of what is seen of the faces of a block, by its number [m], shape (k, 3) each.
+
+    Pieces of it touch within the distance of contacts, where one was given.
+    """
+    b, distance = assembly.blocks[block], assembly.contact_rules.distance
+    return b.outer_faces if distance is None else outer_faces(b.parts, distance)
 
 
 def least_width(polygon: Array, normal: Array) -> float:

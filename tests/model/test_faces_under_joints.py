@@ -7,6 +7,7 @@ import limitmason as lm
 from limitmason.constants import GRAVITY
 from limitmason.geometry import box
 from limitmason.model.axles import axle_forces, extrados
+from limitmason.model.face_touch import outer_faces_of
 
 JOINT = lm.Joint(35.0)
 GROUND = box((-1, -1, -1), (4, 2, 0))
@@ -44,15 +45,20 @@ def test_places_of_untouched_faces_lie_on_the_surface_of_a_block():
     assert report.n_faces == 6 + 7 + 5
 
 
-@pytest.mark.parametrize("apart", [-5e-5, -1e-5, 1e-5, 5e-5])
-def test_loads_do_not_press_between_pieces_that_touch_within_the_tolerance(apart):
+@pytest.mark.parametrize(
+    ("apart", "tolerance"), [(-5e-5, None), (-1e-5, None), (1e-5, None), (5e-5, None), (1e-3, 2e-3), (-1e-3, 2e-3)]
+)
+def test_loads_do_not_press_between_pieces_that_touch_within_the_tolerance(apart, tolerance):
     """Half the tolerance of contacts: fill weighed three times too much, and a pressure on top counted twice."""
-    model = on_ground([box((0, 0, 0), (1, 1, 1)), box((0, 0, 1 + apart), (1, 1, 2))])
+    pieces = [box((0, 0, 0), (1, 1, 1)), box((0, 0, 1 + apart), (1, 1, 2))]
+    model = on_ground(pieces, tolerance=tolerance)
     weight = lm.Loads.weight(model)
     fill, pressed = weight.with_backfill(model, 3.0, 1000.0), weight.with_pressure(model, 1, pressure=100.0)
     assert -(fill.dead - weight.dead)[1, 2] == pytest.approx(1000.0 * GRAVITY)
     assert -(pressed.live + pressed.dead - weight.dead)[1, 2] == pytest.approx(100.0)
-    assert len(model.blocks[1].outer_faces) == 10
+    assert len(outer_faces_of(model, 1)) == 10
+    report = model.contact_report()
+    assert (report.n_faces, len(report.untouched)) == (16, 14)
 
 
 def test_steps_thinner_than_the_tolerance_keep_their_faces():
