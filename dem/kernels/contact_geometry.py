@@ -179,6 +179,7 @@ def _clipped(pieces: PieceArrays, base: int, face: int, axis: Array, polygon: Ar
     -------
     n : how many corners are left
     """
+    # a kernel uses nothing from outside: what limitmason.geometry.polygon.part_within does, compiled and in place
     corners, faces = pieces.corners, pieces.faces
     sides = pieces.size[base, face]
     for k in range(sides):

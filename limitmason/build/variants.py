@@ -20,7 +20,7 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.block import Block
 from limitmason.model.detection import doubts_between
 from limitmason.model.input import read_direction, read_fixed, read_vector
-from limitmason.model.interface import COS_45, Interface
+from limitmason.model.interface import COS_45, ROUNDING, Interface
 
 _GOLDEN = 0.6180339887498949  # golden ratio less one: the parts of its multiples spread most evenly over 0 to 1 [-]
 
@@ -253,7 +253,11 @@ def _cut_edge(
     """
     # signed distance of every corner from the line where the strip ends, positive in what is left [m]
     distance = (polygon - at) @ inward - depth
+    if distance.max() <= ROUNDING * np.ptp(polygon, axis=0).max():
+        joint = assembly.joint_text(interface.block_a, interface.block_b)
+        raise InputError(f"{joint} is not longer than the {depth:.3g} m it loses at a head joint")
     out = []
+    # as ``part_within``, but multiplied before it is divided: last digits of answers hang on that
     for k in range(len(polygon)):
         j = (k + 1) % len(polygon)
         if distance[k] >= 0.0:
@@ -261,9 +265,6 @@ def _cut_edge(
         # the side from k to j crosses the line
         if distance[k] * distance[j] < 0.0:
             out.append(polygon[k] + (polygon[j] - polygon[k]) * distance[k] / (distance[k] - distance[j]))
-    if len(out) >= 3:
-        return np.array(out)
-    joint = assembly.joint_text(interface.block_a, interface.block_b)
-    raise InputError(f"{joint} is not longer than the {depth:.3g} m it loses at a head joint")
+    return np.array(out)
 
 

@@ -20,6 +20,7 @@ from limitmason.figures import style
 from limitmason.figures.outline import Edge, visible_edges
 from limitmason.figures.painter import Camera, back_to_front, piece_faces, places_behind
 from limitmason.geometry import Solid
+from limitmason.geometry.facing import all_faces, inner_faces
 from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion
 from limitmason.model import Assembly
 
@@ -58,7 +59,7 @@ class SolidView:
             Solid(self.moved(part.vertices, i), part.faces) for i, b in enumerate(assembly.blocks) for part in b.parts
         ]
         self.faces = piece_faces(self.pieces)
-        self.hidden = _shared_faces(assembly)
+        self.hidden = _cuts(assembly, self.owner)
 
     def moved(self, points: Array, block: int) -> Array:
         """Places [m] of ``points`` at rest, shape (n, 3), as a block carries them."""
@@ -213,26 +214,14 @@ def _joint_marks(scene: SolidView, joints: MovingJoints | None) -> dict[int, lis
     return marks
 
 
-def _shared_faces(assembly: Assembly) -> set[tuple[int, int]]:
+def _cuts(assembly: Assembly, owner: Index) -> set[tuple[int, int]]:
     """Faces (piece, face) that two pieces of a block share: cuts, not surfaces.
 
-    Pieces are numbered through all blocks, faces within their piece.
+    Pieces are numbered through all blocks, ``owner`` being the block of each; faces within their piece.
     """
-    hidden: set[tuple[int, int]] = set()
-    start = 0
-    for block in assembly.blocks:
-        if len(block.parts) > 1:
-            seen: dict[frozenset[tuple[int, ...]], tuple[int, int]] = {}
-            for p, part in enumerate(block.parts):
-                # corners are compared by their cells in a grid as fine as the tolerance
-                key = np.round(part.vertices / max(assembly.tolerance, 1e-12)).astype(int)
-                for f, face in enumerate(part.faces):
-                    corners = frozenset(tuple(key[i].tolist()) for i in face)
-                    if corners in seen:
-                        hidden |= {seen[corners], (start + p, f)}
-                    seen[corners] = (start + p, f)
-        start += len(block.parts)
-    return hidden
+    faces, start = all_faces([part for block in assembly.blocks for part in block.parts])
+    rows = np.flatnonzero(inner_faces(faces, owner, assembly.tolerance))
+    return set(zip(faces.part[rows].tolist(), (rows - start[faces.part[rows]]).tolist(), strict=True))
 
 
 def _shaded(colour: str, normal: Array, view: Camera) -> tuple[float, float, float]:

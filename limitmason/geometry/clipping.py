@@ -8,7 +8,8 @@ from limitmason.arrays import Array, Flags, Index
 def clip_convex_batch(subject: Array, n_subject: Index, window: Array, n_window: Index) -> tuple[Array, Index]:
     """Intersections of m pairs of convex counter-clockwise polygons.
 
-    One polygon of a pair is clipped by the sides of the other (Sutherland and Hodgman, 1974).
+    One polygon of a pair is clipped by the sides of the other (Sutherland and Hodgman, 1974). Corners are those that
+    :func:`~limitmason.geometry.polygon.clip_convex` gives of one pair, to the last digit: this is for many at once.
 
     Parameters
     ----------

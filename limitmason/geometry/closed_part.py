@@ -4,7 +4,7 @@ import numpy as np
 
 from limitmason.arrays import Array, Index
 from limitmason.geometry.facing import FacingPairs
-from limitmason.geometry.polygon import centroid_in_space
+from limitmason.geometry.polygon import centroid_in_space, part_within
 
 
 def closed_part(polygon: Array, gap: Array, limit: float) -> Array:
@@ -13,15 +13,7 @@ def closed_part(polygon: Array, gap: Array, limit: float) -> Array:
     The polygon has corners [m], shape (n, 3), at which ``gap`` is given [m], shape (n,); between them it is linear.
     What is closed along an edge or at a corner alone has fewer than three corners.
     """
-    out = []
-    for i in range(len(polygon)):
-        j = (i + 1) % len(polygon)
-        if gap[i] <= limit:
-            out.append(polygon[i])
-        # the gap passes the limit inside the side
-        if (gap[i] < limit) != (gap[j] < limit) and gap[i] != limit and gap[j] != limit:
-            out.append(polygon[i] + (limit - gap[i]) / (gap[j] - gap[i]) * (polygon[j] - polygon[i]))
-    corners = np.array(out).reshape(-1, 3)
+    corners = part_within(polygon, gap, limit)
     if len(corners) < 3:
         return corners
     step = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)

@@ -1,4 +1,4 @@
-"""Faces of different bodies that look at each other: their common area and the gap between them over it.
+"""Faces of different bodies that look at each other: their common area and the gap over it; the faces under a joint.
 
 ``solids`` are convex and closed, with faces counter-clockwise from outside.
 """
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from limitmason.arrays import Array, Flags, Index
 from limitmason.geometry.clipping import area_perimeter, clip_convex_batch, drop_redundant_vertices
+from limitmason.geometry.polygon import axes_in_plane, clip_convex, polygon_area_centroid
 from limitmason.geometry.polyhedron import Solid, face_planes, group_by_topology
 
 _OPPOSITE = -1.0 + 1e-9
@@ -19,15 +20,44 @@ _OPPOSITE = -1.0 + 1e-9
 _AREAS_ALIKE = 1e-6
 """Difference of the areas of two faces over that of one, up to which they are equal [-]: rounding."""
 
+_LOOKS_THE_SAME_WAY = 0.7
+"""Cosine of about 45 degrees: the face that a joint lies on looks its way [-]: chosen."""
+
+_FARTHEST = 0.5
+"""Part of a joint's size: a face farther from its plane is not the one that it lies on [-]: chosen."""
+
+_ALIGNMENT_COUNTS = 1e-6
+"""Part of a joint's size: so little that alignment decides between equal distances alone [-]: chosen."""
+
+_LEVEL = 1e-6
+"""Part of a joint's size: faces whose distances from it differ by no more lie in one plane [-]: chosen."""
+
+_COVERED = 1e-4
+"""Part of a face, or of a joint where that is smaller, up to which their common area is none [-]: chosen."""
+
 
 class Faces(NamedTuple):
-    """All F faces of all solids in a row, with their planes."""
+    """All F faces of all solids, or of all bodies, in a row, with their planes."""
 
     corners: Array  # [m], (F, K, 3), padded by repeating the last
     corners_of: Index  # (F,)
     normal: Array  # outward, (F, 3)
     offset: Array  # [m], (F,)
-    part: Index  # solid each belongs to, (F,)
+    part: Index  # solid or body each belongs to, (F,)
+
+    @classmethod
+    def of(cls, polygons: Sequence[Array], part: Index) -> "Faces":
+        """Faces by their corners, counter-clockwise from outside [m], shape (k, 3) each.
+
+        ``part`` is the solid or body of each, shape (F,).
+        """
+        count = np.array([len(p) for p in polygons])
+        corners = np.array([p[np.minimum(np.arange(count.max()), len(p) - 1)] for p in polygons])
+        normal, offset = np.empty((len(count), 3)), np.empty(len(count))
+        for k in np.unique(count):
+            rows = count == k
+            normal[rows], offset[rows] = face_planes(corners[rows, :k])
+        return cls(corners, count, normal, offset, part)
 
 
 class FacingPairs(NamedTuple):
@@ -65,6 +95,8 @@ class FacingPairs(NamedTuple):
 def inner_faces(faces: Faces, owner: Index, near: float) -> Flags:
     """Flags of the faces in which two pieces of one owner join, shape (F,): they lie in it and meet nothing else.
 
+    Of a face that is covered in part :func:`~limitmason.geometry.splitting.outer_faces` gives the rest.
+
     Parameters
     ----------
     faces : from :func:`all_faces`
@@ -90,6 +122,44 @@ def inner_faces(faces: Faces, owner: Index, near: float) -> Flags:
     same &= np.abs(area[i] - area[j]) <= _AREAS_ALIKE * area[i]
     inner[rows[i[same]]] = inner[rows[j[same]]] = True
     return inner
+
+
+def faces_under(faces: Faces, rows: slice, polygon: Array, outward: Array) -> Index:
+    """Numbers of the faces of one body that a joint lies on, the nearest first, shape (k,); none where all are far.
+
+    A joint lies half-way in the gap between two faces as drawn, and may lie on several: those of triangles, or of
+    pieces, in one plane. The nearest is that of those that look its way within 45 degrees and are no farther than half
+    its size. Alignment decides between faces as near as each other. How far the middle lies beside a face is told by
+    the face's box. With it go the faces in its plane over which the joint lies too.
+
+    Parameters
+    ----------
+    faces : of all bodies
+    rows : numbers of the faces of this one
+    polygon : corners of the joint [m], shape (n, 3)
+    outward : unit normal of the joint out of the body, shape (3,)
+    """
+    aligned = faces.normal[rows] @ outward
+    away = np.abs(polygon @ faces.normal[rows].T - faces.offset[rows]).max(axis=0)
+    middle = polygon.mean(axis=0)
+    low, high = faces.corners[rows].min(axis=1), faces.corners[rows].max(axis=1)
+    beside = np.maximum(np.maximum(low - middle, middle - high), 0.0).max(axis=1)
+    size = float(np.ptp(polygon, axis=0).max())
+    fits = (aligned > _LOOKS_THE_SAME_WAY) & (away <= _FARTHEST * size)
+    if not fits.any():
+        return np.empty(0, dtype=np.intp)
+    distance = away + beside + _ALIGNMENT_COUNTS * size * (1.0 - aligned)
+    nearest = int(np.where(fits, distance, np.inf).argmin())
+    found = [rows.start + nearest]
+    level = np.flatnonzero(fits & (np.abs(away - away[nearest]) <= _LEVEL * size))
+    for k in (rows.start + level[level != nearest]).tolist():
+        # seen along the joint's normal
+        frame = axes_in_plane(polygon, outward)
+        joint, face = polygon @ frame, faces.corners[k, : faces.corners_of[k]] @ frame
+        areas = [abs(polygon_area_centroid(p)[0]) if len(p) else 0.0 for p in (joint, face, clip_convex(joint, face))]
+        if areas[2] > _COVERED * min(areas[:2]):
+            found.append(k)
+    return np.array(found)
 
 
 def facing_pairs(

@@ -268,19 +268,41 @@ def clip_convex(subject: ArrayLike, window: ArrayLike) -> Array:
     p = np.asarray(subject, dtype=float)
     w = np.asarray(window, dtype=float)
     for a, b in zip(w, np.roll(w, -1, axis=0), strict=True):
-        if not len(p):
-            break
-        # positive for corners left of the edge from a to b, which is inside the window
-        d = (b[0] - a[0]) * (p[:, 1] - a[1]) - (b[1] - a[1]) * (p[:, 0] - a[0])
-        out = []
-        for i in range(len(p)):
-            j = (i + 1) % len(p)
-            if d[i] >= 0:
-                out.append(p[i])
-            if (d[i] > 0 > d[j]) or (d[i] < 0 < d[j]):
-                out.append(p[i] + (p[j] - p[i]) * (d[i] / (d[i] - d[j])))
-        p = np.array(out).reshape(-1, 2)
+        p = left_of_line(p, a, b)
     return p
+
+
+def left_of_line(polygon: Array, a: Array, b: Array) -> Array:
+    """Part of a convex polygon left of the line from point a to point b [m], shape (k, 2), as ``part_within`` gives it.
+
+    Parameters
+    ----------
+    polygon : [m], shape (n, 2)
+    a, b : [m], shape (2,)
+    """
+    # twice the area of a, b and each corner, positive to the right of the line
+    return part_within(polygon, (b[1] - a[1]) * (polygon[:, 0] - a[0]) - (b[0] - a[0]) * (polygon[:, 1] - a[1]))
+
+
+def part_within(polygon: Array, value: Array, limit: float = 0.0) -> Array:
+    """Part of a convex polygon where a value that is linear over it is at most a limit [m], shape (k, 2) or (k, 3).
+
+    Corners at the limit stay: of what meets it at a corner or along a side alone one or two are left, without slack.
+
+    Parameters
+    ----------
+    polygon : [m], shape (n, 2) or (n, 3)
+    value : at its corners, shape (n,)
+    limit : in the unit of the value
+    """
+    out = []
+    for i in range(len(polygon)):
+        j = (i + 1) % len(polygon)
+        if value[i] <= limit:
+            out.append(polygon[i])
+        if value[i] < limit < value[j] or value[j] < limit < value[i]:
+            out.append(polygon[i] + (limit - value[i]) / (value[j] - value[i]) * (polygon[j] - polygon[i]))
+    return np.array(out).reshape(-1, polygon.shape[1])
 
 
 def polar_mean_radius(polygon: ArrayLike, pole: ArrayLike) -> float:

@@ -5,10 +5,12 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.geometry.polyhedron import Solid, box, face_plane
+from limitmason.constants import RELATIVE_TOLERANCE
+from limitmason.geometry.polygon import part_within
+from limitmason.geometry.polyhedron import Solid, box, face_plane, least_widths
 
 _JOINED = 1e-6
-"""Chosen: faces of two pieces this near to one plane, of the size of both, join them."""
+"""Part of the size of the pieces of a body up to which places are one, and 1 less the cosine of normals [-]: chosen."""
 
 
 def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> tuple[Array | None, Array | None]:
@@ -28,22 +30,13 @@ def split_polygon(polygon: Array, point: Array, normal: Array, slack: float) -> 
         return None, polygon
     if not (height > 0.0).any():
         return polygon, None
-    below, above = [], []
-    for k in range(len(polygon)):
-        # the side from a to b, and their heights above the plane
-        a, b, ha, hb = polygon[k - 1], polygon[k], height[k - 1], height[k]
-        if ha * hb < 0.0:
-            cut = a + ha / (ha - hb) * (b - a)
-            below.append(cut)
-            above.append(cut)
-        if hb <= 0.0:
-            below.append(b)
-        if hb >= 0.0:
-            above.append(b)
-    return np.array(below), np.array(above)
+    # where the plane cuts the side to the first corner, both parts begin there
+    turn = int(height[-1] * height[0] < 0.0)
+    below, above = (np.roll(part_within(polygon, sign * height), turn, axis=0) for sign in (1.0, -1.0))
+    return below, above
 
 
-def outer_faces(parts: Sequence[Solid]) -> list[Array]:
+def outer_faces(parts: Sequence[Solid], distance: float | None = None) -> list[Array]:
     """Faces of the pieces of one body, without what lies between two of them [m], shape (k, 3) each.
 
     They are convex and run counter-clockwise seen from outside.
@@ -51,17 +44,21 @@ def outer_faces(parts: Sequence[Solid]) -> list[Array]:
     Parameters
     ----------
     parts : convex pieces that do not overlap
+    distance : gap or overlap up to which they touch [m]; by default that of contacts, for the thinnest piece
     """
     faces = [(k, part.vertices[list(face)]) for k, part in enumerate(parts) for face in part.faces]
     if len(parts) == 1:
         return [face for _, face in faces]
     slack = _JOINED * float(np.ptp(np.vstack([part.vertices for part in parts]), axis=0).max())
+    # two faces of a stack of thin pieces are not one
+    thinnest = float(least_widths([[part] for part in parts]).min())
+    near = max(slack, RELATIVE_TOLERANCE * thinnest if distance is None else min(distance, 0.5 * thinnest))
     planes = [face_plane(face) for _, face in faces]
     out = []
     for (part, face), (normal, offset) in zip(faces, planes, strict=True):
         left = [face]
         for (other, cover), (opposite, distance) in zip(faces, planes, strict=True):
-            if other != part and normal @ opposite < _JOINED - 1.0 and abs(offset + distance) <= slack:
+            if other != part and normal @ opposite < _JOINED - 1.0 and abs(offset + distance) <= near:
                 left = [rest for piece in left for rest in _uncovered(piece, cover, opposite, slack)]
         out += left
     return out

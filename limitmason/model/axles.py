@@ -7,21 +7,17 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from limitmason.arrays import Array, Flags
 from limitmason.checks import finite
 from limitmason.errors import InputError
-from limitmason.geometry.polyhedron import face_plane
 from limitmason.model.applied_forces import AppliedForces
-from limitmason.model.interface import COS_45
+from limitmason.model.face_touch import outer_faces_touched
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
 
-# chosen, but for _FARTHEST far above the rounding of coordinates, far below what anybody builds
+# chosen, far above the rounding of coordinates, far below what anybody builds
 _UP = 1e-6  # least upward part of the normal of a loaded face: on vertical ones no fill lies
 _ACROSS = 1e-6  # largest part along y of the normal of a face that does not slope along y
-_NEAR = 1e-6  # of a joint's size: faces whose distances from it differ by no more lie in one plane
-_FARTHEST = 0.5  # of a joint's size: a face farther from it is not the one that it lies on
 _LEVEL_SLACK = 1e-9  # of the extrados' length: a level given as the crown's height may be lower by rounding
 _WIDEST_SPREAD = 80.0  # [deg], chosen: towards 90 the length grows without end
 
@@ -61,50 +57,21 @@ def extrados(assembly: Assembly) -> list[Strip]:
         For a face that slopes along y, by the name of its block.
     """
     strips = []
-    # corners of the joints of every block, and their normals out of it
-    joints: dict[int, list[tuple[Array, Array]]] = {}
-    for i in assembly.interfaces:
-        for block, outward in ((i.block_a, i.normal), (i.block_b, -i.normal)):
-            joints.setdefault(block, []).append((i.polygon, outward))
-    for k in np.flatnonzero(~assembly.fixed).tolist():
-        faces = assembly.blocks[k].outer_faces
-        planes = [face_plane(corners) for corners in faces]
-        covered = _covered(planes, joints.get(k, []))
-        for corners, (n, _), hidden in zip(faces, planes, covered, strict=True):
-            if n[2] <= _UP or hidden:
-                continue
-            # a strip has one height at every x
-            if abs(n[1]) > _ACROSS:
-                name = assembly.blocks[k].name
-                raise InputError(f"block {name!r} has a face that slopes along y: axles cross arches in x-z")
-            (x0, y0, _), (x1, y1, _) = corners.min(axis=0), corners.max(axis=0)
-            slope = -n[0] / n[2]
-            height = float(corners[0, 2] + slope * (x0 - corners[0, 0]))
-            strips.append(Strip(
-                block=k, start=float(x0), end=float(x1), z=height, slope=float(slope), width=float(y1 - y0),
-                y=(y0 + y1) / 2,
-            ))
+    faces, touched = outer_faces_touched(assembly)
+    for f in np.flatnonzero(~touched & (faces.normal[:, 2] > _UP) & ~assembly.fixed[faces.part]).tolist():
+        corners, n, k = faces.corners[f], faces.normal[f], int(faces.part[f])
+        # a strip has one height at every x
+        if abs(n[1]) > _ACROSS:
+            name = assembly.blocks[k].name
+            raise InputError(f"block {name!r} has a face that slopes along y: axles cross arches in x-z")
+        (x0, y0, _), (x1, y1, _) = corners.min(axis=0), corners.max(axis=0)
+        slope = -n[0] / n[2]
+        height = float(corners[0, 2] + slope * (x0 - corners[0, 0]))
+        strips.append(Strip(
+            block=k, start=float(x0), end=float(x1), z=height, slope=float(slope), width=float(y1 - y0),
+            y=(y0 + y1) / 2,
+        ))
     return sorted(strips, key=lambda s: s.start)
-
-
-def _covered(planes: list[tuple[Array, float]], joints: list[tuple[Array, Array]]) -> Flags:
-    """Whether a joint lies on each face of a block, shape (f,).
-
-    A joint lies half-way in the gap between two faces as drawn: it is on the nearest face that looks its way.
-
-    Parameters
-    ----------
-    planes : outward unit normal, and offset along it [m], of every face
-    joints : corners [m], shape (n, 3), and unit normal out of the block, of every joint of it
-    """
-    normals, offsets = np.array([n for n, _ in planes]), np.array([d for _, d in planes])
-    out = np.zeros(len(planes), dtype=bool)
-    for polygon, outward in joints:
-        size = float(np.ptp(polygon, axis=0).max())
-        away = np.abs(polygon @ normals.T - offsets).max(axis=0)
-        away[normals @ outward < COS_45] = np.inf
-        out |= away <= min(away.min() + _NEAR * size, _FARTHEST * size)
-    return out
 
 
 def axle_forces(

@@ -11,6 +11,7 @@ from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.geometry.splitting import split_polygon
 from limitmason.model.applied_forces import AppliedForces
+from limitmason.model.face_touch import outer_faces_of
 from limitmason.model.input import read_fixed
 
 if TYPE_CHECKING:
@@ -61,7 +62,7 @@ def backfill_forces(
     loaded = dict.fromkeys(named)
     # what the fill lies on: sign, number of the block, polygon and outward normal. The parts of faces that joints cover
     # carry no fill: they count with the opposite sign
-    surfaces = [(1.0, i, face, face_plane(face)[0]) for i in loaded for face in assembly.blocks[i].outer_faces]
+    surfaces = [(1.0, i, face, face_plane(face)[0]) for i in loaded for face in outer_faces_of(assembly, i)]
     for joint in assembly.interfaces:
         for block, sense in ((joint.block_a, 1.0), (joint.block_b, -1.0)):
             if block in loaded:

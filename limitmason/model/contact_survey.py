@@ -62,7 +62,7 @@ def contact_report(assembly: Blockwork, *, distance: float | None, angle_deg: fl
     linked = set(present) | {(d.a, d.b) for d in missed if d.kind != "turned"}
     names = [b.name for b in blocks]
     edges = touching_edges(pieces.solids, pieces.owner, near, pieces.widths, linked)
-    untouched, n_faces = untouched_faces(assembly, pieces)
+    untouched, n_faces = untouched_faces(assembly, pieces.widths)
     count = Counter(i for pair, group in present.items() for i in pair for _ in group)
     tiny = {i for e in entries if e.tiny for i in (e.a, e.b)}
     free = np.flatnonzero(~assembly.held.any(axis=1)).tolist()

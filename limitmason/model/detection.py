@@ -160,23 +160,6 @@ def _found(pieces: BlockPieces, rules: ContactRules) -> ContactPatches:
     return find_contacts(pieces.solids, pieces.owner, distances, rules=rules, reach=reach)
 
 
-def contacts_within(pieces: BlockPieces, rules: ContactRules) -> tuple[Index, ContactPatches | None]:
-    """Numbers of the pieces that are not alone in their block, and contacts between these; None without any.
-
-    Each counts as a block of its own, since contacts are found between blocks: those of two blocks are among them.
-
-    Parameters
-    ----------
-    pieces : of all blocks
-    rules : their distance says what touches
-    """
-    owner = pieces.owner
-    rows = np.flatnonzero(np.bincount(owner)[owner] > 1)
-    distances = contact_distances(pieces.widths, rules)[owner[rows]]
-    solids = [pieces.solids[i] for i in rows]
-    return rows, find_contacts(solids, np.arange(len(rows)), distances) if solids else None
-
-
 def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRules) -> None:
     """Refuse pieces of one block that overlap.
 
@@ -189,8 +172,12 @@ def _check_pieces(blocks: Sequence[Block], pieces: BlockPieces, rules: ContactRu
     rules : their distance says what touches
     """
     owner = pieces.owner
-    rows, among = contacts_within(pieces, rules)
-    for i, j, depth in among.overlaps if among else ():
+    rows = np.flatnonzero(np.bincount(owner)[owner] > 1)
+    if not len(rows):
+        return
+    # contacts are found between blocks: each piece counts as one, and those of two blocks are among them
+    distances = contact_distances(pieces.widths, rules)[owner[rows]]
+    for i, j, depth in find_contacts([pieces.solids[i] for i in rows], np.arange(len(rows)), distances).overlaps:
         if owner[rows[i]] == owner[rows[j]]:
             raise InputError(
                 f"two pieces of block {blocks[owner[rows[i]]].name!r} overlap by {depth:.3g} m; the convex "

@@ -11,13 +11,16 @@ from numpy.typing import ArrayLike
 from limitmason.arrays import Array
 from limitmason.checks import not_negative, numbers
 from limitmason.errors import InputError
-from limitmason.geometry.polygon import axes_in_plane, clip_convex
+from limitmason.geometry.polygon import axes_in_plane, left_of_line
 from limitmason.model.input import read_direction
 from limitmason.model.joint import Joint
 from limitmason.storage.frozen import ReadOnly, owned
 
 COS_45 = np.sqrt(0.5)
 """Cosine of 45 degrees: of two directions at right angles, a unit vector faces the one it is nearer to [-]."""
+
+ROUNDING = 1e-9
+"""Part of a joint's size below which what cuts leave of it is no width [-]: chosen."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,20 +94,17 @@ def _pulled_in(interface: Interface, inset: float, keep: Array | None) -> Array 
     flat = (p - p[0]) @ frame
     out = flat
     size = np.ptp(flat, axis=0).max()
-    # the box that the polygon is clipped to reaches beyond it on three sides, whatever corner it starts from
-    far = 4.0 * size
+    far = 4.0 * size  # half the length of the line that cuts: last digits alone hang on it
     for a, b in zip(flat, np.roll(flat, -1, axis=0), strict=True):
         along = (b - a) / np.linalg.norm(b - a)
         inward = np.array([-along[1], along[0]])
         if keep is not None and abs((frame @ inward) @ keep) > COS_45:
             continue
         q = a + inset * inward
-        window = np.array(
-            [q - far * along, q + far * along, q + far * along + far * inward, q - far * along + far * inward]
-        )
-        out = clip_convex(out, window)
-        if len(out) < 3:
+        # a sliver is left by rounding alone
+        if ((out - q) @ inward).max() <= ROUNDING * size:
             return None
+        out = left_of_line(out, q - far * along, q + far * along)
     return p[0] + out @ frame.T
 
 

@@ -10,6 +10,7 @@ from limitmason.errors import InputError
 from limitmason.geometry.polygon import clip_convex, polygon_area_centroid
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.model.applied_forces import AppliedForces
+from limitmason.model.face_touch import outer_faces_of
 from limitmason.model.input import read_list, read_vector
 from limitmason.model.pressure import Pressure
 
@@ -128,8 +129,8 @@ def patch_forces(assembly: "Assembly", corners: ArrayLike, pressure: Pressure) -
     """
     patch = read_patch(corners)
     forces, total, loaded = AppliedForces.none(assembly), 0.0, False
-    for i, block in enumerate(assembly.blocks):
-        for face in block.outer_faces:
+    for i in range(assembly.n_blocks):
+        for face in outer_faces_of(assembly, i):
             if not patch.holds(face, assembly.tolerance) or face_plane(face)[0] @ patch.normal < _PARALLEL:
                 continue
             left = patch.clipped(face)

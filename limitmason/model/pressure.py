@@ -12,6 +12,7 @@ from limitmason.errors import InputError
 from limitmason.geometry.polyhedron import face_plane
 from limitmason.geometry.splitting import split_polygon
 from limitmason.model.applied_forces import AppliedForces
+from limitmason.model.face_touch import outer_faces_of
 from limitmason.model.input import read_direction
 from limitmason.model.plausibility import warn_of_pressure
 
@@ -110,7 +111,7 @@ def side_forces(
     outward = read_direction("face", _SIDES[face] if isinstance(face, str) else face)
     name = assembly.blocks[block].name
     forces, found, loaded = AppliedForces.none(assembly), False, False
-    for corners in assembly.blocks[block].outer_faces:
+    for corners in outer_faces_of(assembly, block):
         normal, _ = face_plane(corners)
         if normal @ outward < np.cos(np.deg2rad(_SAME_SIDE_DEG)):
             continue

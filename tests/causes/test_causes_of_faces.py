@@ -66,6 +66,27 @@ def test_lost_overlap_of_running_bond_and_too_much_of_it():
         extend("lost overlap", 500.0, (made, loads))
 
 
+@pytest.mark.parametrize("overlap", [10.0, 20.0, 80.0, 100.0, 180.0])
+def test_an_overlap_that_is_lost_whole_is_refused_whatever_its_rounding(overlap):
+    """A bed joint between two head joints loses its length: slivers of 1e-17 m2 were left, and a multiplier of NaN."""
+    x = 0.4 + 1e-3 * overlap
+    boxes = [((0, 0), (0.4, 0.2)), ((0.4, 0), (0.8, 0.2)), ((0, 0.2), (x, 0.4)), ((x, 0.2), (0.8, 0.4))]
+    outlines = [[(x0, z0), (x1, z0), (x1, z1), (x0, z1)] for (x0, z0), (x1, z1) in boxes]
+    made = lm.Assembly.from_polygons(outlines, thickness=0.3, joint=lm.Joint(PHI), fixed=[0, 1])
+    with pytest.raises(ValueError, match="is not longer than the .* m it loses at a head joint"):
+        extend("lost overlap", overlap, (made, lm.Loads.weight(made)))
+
+
+@pytest.mark.parametrize("width", [0.01, 0.02, 0.08, 0.09, 0.1])
+def test_a_joint_pulled_in_by_half_its_width_is_refused_whatever_its_rounding(width):
+    """Slivers of 2e-17 m2 were left, on which the block stood with a multiplier of 1e-16."""
+    boxes = [((0, -1), (1, 0)), ((0.3, 0), (0.3 + width, 1))]
+    outlines = [[(x0, z0), (x1, z0), (x1, z1), (x0, z1)] for (x0, z0), (x1, z1) in boxes]
+    made = lm.Assembly.from_polygons(outlines, thickness=0.8, joint=lm.Joint(PHI), fixed=[0])
+    with pytest.raises(ValueError, match="is not wider than twice the inset"):
+        extend("edge rounding", 500.0 * width, (made, lm.Loads.weight(made)))
+
+
 def test_open_head_joints_leave_single_blocks_to_rock():
     joint = lm.Joint(PHI)
     boxes = [(0.0, -0.2, 0.4, 0.0), (0.0, 0.0, 0.2, 1.0), (0.2, 0.0, 0.4, 1.0)]

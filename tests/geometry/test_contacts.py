@@ -49,6 +49,8 @@ def test_clipped_areas_agree_with_one_pair_at_a_time():
     area = np.where(count >= 3, area_perimeter(clipped)[0], 0.0)
     one = [polygon_area_centroid(c)[0] if len(c := clip_convex(p, q)) > 2 else 0.0 for p, q in polygons]
     assert np.allclose(area, one, atol=1e-12)
+    for (p, q), corners, n in zip(polygons, clipped, count, strict=True):
+        assert np.array_equal(corners[:n], clip_convex(p, q))
     assert (area > 0.01).sum() > 50
 
 
