@@ -226,8 +226,9 @@ class PushCurve(Curve, JointMarks):
         ``values`` holds one array per sample, shape (zones,). The point names the block of the zone with the largest.
         """
         for i, value in enumerate(values):
-            k = int(np.argmax(value))
-            if value[k] >= least:
+            hit = np.flatnonzero(value >= least)
+            if len(hit):
+                k = int(hit[np.argmax(value[hit])])
                 where = self.assembly.blocks[int(self._mesh.zone_block[k])].name
                 return JointPoint(i, float(self.displacement[i]), float(self.load[i]), where, float(value[k]))
         return None
@@ -375,11 +376,8 @@ def _zone_events(curve: PushCurve) -> list[Event]:
     """
     events = []
     for name, wanted in (("unit yields", (AT_YIELD, YIELDED)), ("unit cracks", (TENSION,))):
-        for i, state in enumerate(curve.zones):
-            hit = np.flatnonzero(np.isin(state.marks, wanted))
-            if len(hit):
-                k = int(hit[np.argmax(state.plastic[hit])])
-                block = curve.assembly.blocks[int(curve._mesh.zone_block[k])].name
-                events.append(Event(name, i, block, float(state.plastic[k])))
-                break
+        # plastic strain where a zone bears the mark, and less than any elsewhere
+        first = curve._first_zone([np.where(np.isin(z.marks, wanted), z.plastic, -1.0) for z in curve.zones], 0.0)
+        if first is not None:
+            events.append(Event(name, first.index, first.where, first.value))
     return events

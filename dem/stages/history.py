@@ -359,13 +359,12 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
     @property
     def kinetic_ratio(self) -> Array:
         """Kinetic energy over work so far [-], small in quasi-static runs, (samples,)."""
-        work = np.abs(self.scalars["applied"]) + np.abs(self.scalars["support"])
-        return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)
+        return self.kinetic_ratio_since(None)
 
-    def kinetic_ratio_since(self, before: History) -> Array:
-        """Kinetic energy over the work since the end of ``before`` [-], (samples,)."""
-        work = np.abs(self.scalars["applied"] - before.scalars["applied"][-1])
-        work += np.abs(self.scalars["support"] - before.scalars["support"][-1])
+    def kinetic_ratio_since(self, before: History | None) -> Array:
+        """Kinetic energy over the work since the end of ``before``, or the first step [-], (samples,)."""
+        done = [0.0 if before is None else before.scalars[name][-1] for name in ("applied", "support")]
+        work = np.abs(self.scalars["applied"] - done[0]) + np.abs(self.scalars["support"] - done[1])
         return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)
 
     def vibration(self, *, sliding: str = "sticks") -> VibratingSystem:
