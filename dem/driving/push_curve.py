@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from dem.driving.failure_mode import MODES, Mode, failure_mode
-from dem.model.joint_marks import JointMarks
+from dem.model.joint_marks import JointMarks, first_opening
 from dem.papers import PAPERS
 from dem.stages.history import History
 from dem.zones.mesh import ZoneMesh
@@ -21,7 +21,6 @@ from limitmason.arrays import Array
 from limitmason.checks import positive
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-from limitmason.model.relaid import of_kind
 
 RESTLESS = 1e-2
 """Kinetic energy over the work so far from which a stretch of the curve is called dynamic [-]."""
@@ -150,7 +149,7 @@ class PushCurve(Curve, JointMarks):
 
         Between two samples openings grow in a line. Of several joints that reach the width there, the first is taken.
         Displacement and load are those at the width, ``value`` is the opening [m] at the sample that shows it. A joint
-        whose contacts were found anew (NaN) counts as closed.
+        whose contacts were found anew (NaN) counts as closed. Where own weight opens a joint, that is sample 0.
 
         Parameters
         ----------
@@ -158,23 +157,12 @@ class PushCurve(Curve, JointMarks):
         kind : "bed", "head", "base", "crack"; None for all
         """
         positive("width", width, "m")
-        wide = np.nan_to_num(self.opening) * of_kind(self.assembly.interfaces, kind)
-        hit = (wide >= width).any(axis=1)
-        if not hit.any():
+        found = first_opening(self, self.assembly, width, kind)
+        if found is None:
             return None
-        u, f, i = self.displacement, self.load, int(np.argmax(hit))
-        if i == 0:
-            k = int(np.argmax(wide[0]))
-            # open under own weight already
-            return JointPoint(0, float(u[0]), float(f[0]), self._joint(k), value=float(wide[0, k]))
-        # in a line between the sample that shows it and the one before, at which no joint was so wide
-        late = np.flatnonzero(wide[i] >= width)
-        parts = (width - wide[i - 1, late]) / (wide[i, late] - wide[i - 1, late])
-        k, part = int(late[np.argmin(parts)]), float(parts.min())
-        return JointPoint(
-            index=i, displacement=float(u[i - 1] + part * (u[i] - u[i - 1])),
-            load=float(f[i - 1] + part * (f[i] - f[i - 1])), where=self._joint(k), value=float(wide[i, k]),
-        )
+        i, last = found.sample, max(found.sample - 1, 0)
+        u, f = (float(v[last] + found.part * (v[i] - v[last])) for v in (self.displacement, self.load))
+        return JointPoint(i, u, f, self._joint(found.joint), found.opening)
 
     @property
     def residual(self) -> float:
@@ -238,8 +226,9 @@ class PushCurve(Curve, JointMarks):
         ``values`` holds one array per sample, shape (zones,). The point names the block of the zone with the largest.
         """
         for i, value in enumerate(values):
-            k = int(np.argmax(value))
-            if value[k] >= least:
+            hit = np.flatnonzero(value >= least)
+            if len(hit):
+                k = int(hit[np.argmax(value[hit])])
                 where = self.assembly.blocks[int(self._mesh.zone_block[k])].name
                 return JointPoint(i, float(self.displacement[i]), float(self.load[i]), where, float(value[k]))
         return None
@@ -387,11 +376,8 @@ def _zone_events(curve: PushCurve) -> list[Event]:
     """
     events = []
     for name, wanted in (("unit yields", (AT_YIELD, YIELDED)), ("unit cracks", (TENSION,))):
-        for i, state in enumerate(curve.zones):
-            hit = np.flatnonzero(np.isin(state.marks, wanted))
-            if len(hit):
-                k = int(hit[np.argmax(state.plastic[hit])])
-                block = curve.assembly.blocks[int(curve._mesh.zone_block[k])].name
-                events.append(Event(name, i, block, float(state.plastic[k])))
-                break
+        # plastic strain where a zone bears the mark, and less than any elsewhere
+        first = curve._first_zone([np.where(np.isin(z.marks, wanted), z.plastic, -1.0) for z in curve.zones], 0.0)
+        if first is not None:
+            events.append(Event(name, first.index, first.where, first.value))
     return events

@@ -10,6 +10,7 @@ from dem.kernels import LAW
 from dem.model.state import PointForces, State
 from limitmason.arrays import Array, Index
 from limitmason.model import Assembly
+from limitmason.model.relaid import of_kind
 
 ROUNDING = 1e-9
 """Part of a joint's elastic movement at its strength below which plastic movement is rounding [-]."""
@@ -36,6 +37,42 @@ class JointMarks:
     crushed: Array
     used: Array
     failed: Array
+
+
+@dataclass(frozen=True)
+class FirstOpening:
+    """Where in a record an opening first reaches a width."""
+
+    sample: int  # at which it is seen
+    part: float  # of the way there from the sample before [-], at which the width is reached; 1 at sample 0
+    joint: int  # number of the interface
+    opening: float  # at that sample [m]
+
+
+def first_opening(marks: JointMarks, assembly: Assembly, width: float, kind: str | None) -> FirstOpening | None:
+    """Where an opening first reaches a width, in joints of one kind, or None.
+
+    Between two samples openings grow in a line. Of several joints that reach the width there, the first is taken; of
+    those that are as wide at sample 0, the widest. A joint whose contacts were found anew (NaN) counts as closed.
+
+    Parameters
+    ----------
+    width : more than 0 [m]
+    kind : "bed", "head", "base", "crack"; None for all
+    """
+    kept = np.flatnonzero(of_kind(assembly.interfaces, kind))
+    wide = np.nan_to_num(marks.opening[:, kept])
+    hit = (wide >= width).any(axis=1)
+    if not hit.any():
+        return None
+    i = int(np.argmax(hit))
+    if i == 0:
+        k, part = int(np.argmax(wide[0])), 1.0
+    else:
+        late = np.flatnonzero(wide[i] >= width)
+        parts = (width - wide[i - 1, late]) / (wide[i, late] - wide[i - 1, late])
+        k, part = int(late[np.argmin(parts)]), float(parts.min())
+    return FirstOpening(i, part, int(kept[k]), float(wide[i, k]))
 
 
 MARKS = tuple(f.name for f in fields(JointMarks))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from dem.kernels import SolidArrays
 from limitmason.arrays import Array, Flags, Index
-from limitmason.geometry.polyhedron import group_by_topology
+from limitmason.geometry.polyhedron import faces_at_edges, group_by_topology
 from limitmason.model import Assembly
 
 
@@ -82,11 +82,8 @@ def _edges_of(faces: Sequence[tuple[int, ...]]) -> Index:
 
     ``faces`` are the corners of every face.
     """
-    beside: dict[tuple[int, int], list[int]] = {}
-    for f, face in enumerate(faces):
-        for i, j in zip(face, (*face[1:], face[0]), strict=True):
-            beside.setdefault((min(i, j), max(i, j)), []).append(f)
-    return np.array([(*ends, *fs) for ends, fs in beside.items() if len(fs) == 2], dtype=np.int64).reshape(-1, 4)
+    beside = faces_at_edges(faces).items()
+    return np.array([(*ends, *fs) for ends, fs in beside if len(fs) == 2], dtype=np.int64).reshape(-1, 4)
 
 
 def _bent(vertices: Array, faces: Sequence[tuple[int, ...]], edges: Index) -> Flags:

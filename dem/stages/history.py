@@ -14,7 +14,7 @@ import numpy as np
 
 from dem.contact.near import on_ground
 from dem.kernels import E_BEGUN
-from dem.model.joint_marks import MARKS, JointMarks
+from dem.model.joint_marks import MARKS, JointMarks, first_opening
 from dem.model.joints import losses
 from dem.model.state import DYNAMIC, State
 from dem.model.vibration import state_system
@@ -31,7 +31,6 @@ from limitmason.errors import InputError
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.model import Assembly
 from limitmason.model.input import read_direction
-from limitmason.model.relaid import of_kind
 from limitmason.model.stages import Damping
 from limitmason.storage.csv_table import Tabular
 from limitmason.storage.files import as_json, of_json, read_archive, write_archive
@@ -329,17 +328,14 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
     def first_crack(self, opening: float, kind: str | None = None) -> tuple[int, int] | None:
         """Sample and interface, by number, at which an opening [m] is first reached.
 
-        Only joints of ``kind`` count where one is given. The result is None if it never is.
+        Only joints of ``kind`` count where one is given. Of several at one sample the first is taken, as openings grow
+        in a line between two samples. The result is None if it never is.
         """
         positive("opening", opening, "m")
-        kept = np.flatnonzero(of_kind(self.assembly.interfaces, kind))
         if self.opening.shape[1] != len(self.assembly.interfaces):
             raise InputError("the openings of this run were not recorded: it was kept by a Store with joints=False")
-        hit = np.nan_to_num(self.opening[:, kept], nan=-np.inf) >= opening
-        if not hit.any():
-            return None
-        sample = int(np.argmax(hit.any(axis=1)))
-        return sample, int(kept[np.argmax(hit[sample])])
+        found = first_opening(self, self.assembly, opening, kind)
+        return None if found is None else (found.sample, found.joint)
 
     @property
     def energy_error(self) -> Array:
@@ -363,13 +359,12 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
     @property
     def kinetic_ratio(self) -> Array:
         """Kinetic energy over work so far [-], small in quasi-static runs, (samples,)."""
-        work = np.abs(self.scalars["applied"]) + np.abs(self.scalars["support"])
-        return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)
+        return self.kinetic_ratio_since(None)
 
-    def kinetic_ratio_since(self, before: History) -> Array:
-        """Kinetic energy over the work since the end of ``before`` [-], (samples,)."""
-        work = np.abs(self.scalars["applied"] - before.scalars["applied"][-1])
-        work += np.abs(self.scalars["support"] - before.scalars["support"][-1])
+    def kinetic_ratio_since(self, before: History | None) -> Array:
+        """Kinetic energy over the work since the end of ``before``, or the first step [-], (samples,)."""
+        done = [0.0 if before is None else before.scalars[name][-1] for name in ("applied", "support")]
+        work = np.abs(self.scalars["applied"] - done[0]) + np.abs(self.scalars["support"] - done[1])
         return self.scalars["kinetic"] / np.maximum(work, _NO_WORK)
 
     def vibration(self, *, sliding: str = "sticks") -> VibratingSystem:

@@ -175,4 +175,4 @@ def _toward_start(rest: Objective, best: Minimum, slopes: Array) -> Array:
     rows, aim = np.vstack([slopes * width, pull]), np.concatenate([-r, pull @ to_start])
     box = (scale.low - best.x) / width - _ROOM, (scale.high - best.x) / width + _ROOM
     move = lsq_linear(rows, aim, box, method="bvls").x
-    return scale.clipped(best.x + width * move)
+    return np.clip(best.x + width * move, scale.low, scale.high)

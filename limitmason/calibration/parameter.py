@@ -105,7 +105,3 @@ class ParameterScale(ReadOnly):
     def values(self, vector: Array) -> dict[str, float]:
         """Values of the parameters by name, from their coordinates on the scale of the fit, shape (p,)."""
         return {p.name: p.value(float(x)) for p, x in zip(self.parameters, vector, strict=True)}
-
-    def clipped(self, vector: Array) -> Array:
-        """Coordinates on the scale of the fit, shape (p,), brought within the bounds."""
-        return np.clip(vector, self.low, self.high)

@@ -323,6 +323,4 @@ def _spins(before: Array, after: Array) -> Array:
     before, after : R - I in both states, shape (n, 3, 3)
     """
     step = (after - before) @ np.swapaxes(before + np.eye(3), 1, 2)
-    return 0.5 * np.stack(
-        [step[:, 2, 1] - step[:, 1, 2], step[:, 0, 2] - step[:, 2, 0], step[:, 1, 0] - step[:, 0, 1]], axis=1
-    )
+    return 0.5 * axial(np.swapaxes(step, 1, 2))

@@ -6,14 +6,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from limitmason.arrays import Array
 from limitmason.capacity.certificate import certify
 from limitmason.capacity.contact_search.crossing import is_crossing
 from limitmason.capacity.contact_search.faces import Shapes
 from limitmason.capacity.contact_search.overlap import DEEP, deepest
 from limitmason.capacity.contact_search.touching import beside_faces, found_anew, landed, outside
 from limitmason.capacity.kinematics import Pose, motion_between
-from limitmason.capacity.path_state import PathState, Structure, forces, stored
+from limitmason.capacity.path_state import PathState, StateForces, Structure, forces, stored
 from limitmason.capacity.step_equilibrium import Node, Onward
 from limitmason.capacity.system import Evaluated, System
 
@@ -135,7 +134,7 @@ class Generations:
         if not bond.any():
             return ""
         # opening without that of dilation and crushing [m], size of the force [N], and its shear at the gap [N m]
-        gap = np.where(bond, self.forces(node)[1][:, 0] - node.history.lift, 0.0)
+        gap = np.where(bond, self.forces(node).apart[:, 0] - node.history.lift, 0.0)
         bears = np.linalg.norm(node.force, axis=1)
         turning = np.linalg.norm(node.force[:, 1:], axis=1) * np.maximum(gap, 0.0)
         most = float((gap * (bears > 0.0)).max())  # largest opening of a point that bears [m]
@@ -352,8 +351,8 @@ class Generations:
             motion = factors.solve(np.append(motion / np.linalg.norm(motion), 0.0))[:-1]
         return 1.0 / max(float(np.linalg.norm(motion)), 1e-300)
 
-    def forces(self, node: Node) -> tuple[Array, Array, Array]:
-        """Force components [N], displacements [m] and places [m] of a node's points, see :func:`.path_state.forces`."""
+    def forces(self, node: Node) -> StateForces:
+        """Forces and displacements of a node's points, see :func:`.path_state.forces`."""
         return forces(self.structures[node.generation], self.state(node))
 
 

@@ -26,18 +26,6 @@ DAMPING = 3e-3
 _MOST = 0.1
 """Damping at most, however large the unbalance is, in block weights per elastic length."""
 
-_NEAR = 0.3
-"""Unbalance in block weights below which Newton's method on the true law is tried."""
-
-_NEARER = 0.3
-"""Part of the unbalance of the last such try below which it is tried again [-]."""
-
-_AGAIN = 6
-"""Iterations after which it is tried again all the same."""
-
-_FINISH = 5
-"""Full steps of such a try at most."""
-
 _SLOPE = 0.2
 """Part of the slope at the start of a line search that is small enough at its end [-]."""
 
@@ -79,19 +67,14 @@ def solve(
     prescribed = "multiplier" if target is None else "control"
     done = np.zeros(system.order) if origin is None else origin.copy()
     now = system.evaluate(pose, old, multiplier)
-    tried_at, tried = np.inf, -_AGAIN  # unbalance and iteration of the last try by Newton's method
+    ends = newton.LastSteps(system, old, target, viscosity)
     for k in range(ITERATIONS):
         unbalance = float(np.abs(now.residual - viscosity * done).max(initial=0.0))
         if not np.isfinite(unbalance):
             return None
-        if unbalance < _NEAR and (unbalance < _NEARER * tried_at or k - tried >= _AGAIN):
-            tried_at, tried = unbalance, k
-            found = newton.solve(
-                system, now.pose, multiplier, old, target, viscosity=viscosity, origin=done, iterations=_FINISH,
-                shares=newton.FULL,
-            )
-            if found is not None:
-                return found._replace(iterations=found.iterations + k)
+        found = ends(now, multiplier, done, unbalance, k)
+        if found is not None:
+            return found
         # one iteration of Newton's method on the potential of the law whose friction is frozen here
         law = frozen(system.law, now.returned.stress[:, 0], now.returned.history.damage)
         returned = return_map(law, old, now.contact.displacement)

@@ -22,18 +22,6 @@ ITERATIONS = 60  # at most, chosen
 FIRST = 10.0
 """Product at the start, block weights times elastic lengths: less finds fewer steps, more takes longer [-]."""
 
-_NEAR = 0.3
-"""Unbalance of the true law, in block weights, below which Newton's method on it is tried: chosen."""
-
-_NEARER = 0.3
-"""Part of the unbalance of the last such try below which it is tried again [-]: chosen."""
-
-_AGAIN = 6
-"""Iterations after which it is tried again all the same: chosen."""
-
-_FINISH = 5
-"""Full steps of such a try at most: chosen."""
-
 _INSIDE = 0.995
 """Part of the way to the edge of the law that the longest step goes [-]: chosen, as is usual."""
 
@@ -238,7 +226,7 @@ def solve(
     now, points, shares = system.evaluate(pose, old, multiplier), _Points(system, old), [1.0] * _OVER
     state = points.inside(now, FIRST)
     anew = 1  # times that it may be begun anew
-    tried_at, tried = np.inf, -_AGAIN  # unbalance and iteration of the last try by Newton's method
+    ends = newton.LastSteps(system, old, target, viscosity)
     for k in range(ITERATIONS):
         unbalance = float(np.abs(now.residual - viscosity * done).max(initial=0.0))
         stuck = sum(shares[-_OVER:]) < _STUCK
@@ -246,15 +234,9 @@ def solve(
             anew -= 1
             state, shares, stuck = points.inside(now, FIRST), [1.0] * _OVER, False
         last = k + 1 == ITERATIONS or stuck
-        again = unbalance < _NEARER * tried_at or k - tried >= _AGAIN
-        if unbalance < _NEAR and (again or last):
-            tried_at, tried = unbalance, k
-            found = newton.solve(
-                system, now.pose, multiplier, old, target, viscosity=viscosity, origin=done, iterations=_FINISH,
-                shares=newton.FULL,
-            )
-            if found is not None:
-                return found._replace(iterations=found.iterations + k)
+        found = ends(now, multiplier, done, unbalance, k, last=last)
+        if found is not None:
+            return found
         if last or not np.isfinite(unbalance):
             return None
         # what the control displacement lacks of its target, in elastic lengths

@@ -16,7 +16,7 @@ import numpy as np
 from limitmason.arrays import Array, Flags, Index
 from limitmason.capacity.contacts import PathContacts
 from limitmason.capacity.deformable import CondensedShapes
-from limitmason.geometry.rotation import cross_matrix
+from limitmason.geometry.rotation import axial, cross_matrix
 from limitmason.mechanics.equilibrium import degrees_of_freedom
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
@@ -235,9 +235,7 @@ def motion_between(before: Pose, after: Pose) -> Array:
     """
     # the turn between the two less one: half its skew part is sin(angle) times the axis, its trace tells cos(angle)
     step = (after.turn - before.turn) @ np.swapaxes(before.turn + np.eye(3), 1, 2)
-    twist = 0.5 * np.stack(
-        [step[:, 2, 1] - step[:, 1, 2], step[:, 0, 2] - step[:, 2, 0], step[:, 1, 0] - step[:, 0, 1]], axis=1
-    )
+    twist = 0.5 * axial(np.swapaxes(step, 1, 2))
     sine = np.linalg.norm(twist, axis=1)
     cosine = 1.0 + 0.5 * np.einsum("nii->n", step)  # the trace of a rotation is 1 + 2 cos(angle)
     angle = np.arctan2(sine, cosine)

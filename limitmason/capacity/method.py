@@ -104,9 +104,7 @@ def first_limit_point(assembly: Assembly, loads: Loads, *, spread: tuple[str, ..
     return Prediction(
         "pushover", value, Bound(BoundKind.ESTIMATE, meaning), status, mechanism, resultants,
         warnings=warnings,
-        provenance={
-            "steps": curve.cost.steps, "programs": curve.cost.programs, "Newton iterations": curve.cost.iterations,
-        },
+        provenance=curve.cost.provenance,
         details={
             "curve": curve, "limit point displacement": math.nan if point is None else point.displacement,
             **({"interval": ends} if ends else {}),

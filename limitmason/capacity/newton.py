@@ -31,6 +31,19 @@ _ENOUGH = 1e-7
 """Unbalance in mean block weights that is accepted where rounding lets Newton's method go no further: chosen."""
 
 
+_NEAR = 0.3
+"""Unbalance of the true law, in block weights, below which another way tries to end by Newton's method: chosen."""
+
+_NEARER = 0.3
+"""Part of the unbalance of the last such try below which it is tried again [-]: chosen."""
+
+_AGAIN = 6
+"""Iterations after which it is tried again all the same: chosen."""
+
+_FINISH = 5
+"""Full steps of such a try at most: chosen."""
+
+
 class Solved(NamedTuple):
     """A pose in equilibrium by the true law, its multiplier and the iterations it took."""
 
@@ -107,3 +120,41 @@ def solve(
         done += share * step[:-1]
         multiplier = load
     return None
+
+
+class LastSteps:
+    """Newton's method with full steps, by which another way to the end of a step tries to end near it.
+
+    Parameters
+    ----------
+    system : equations of the path's blocks and points
+    old : history at the start of the step
+    target : control displacement to reach [m]; None keeps the multiplier
+    viscosity : eta of a viscous force against the motion, own units
+    """
+
+    def __init__(self, system: System, old: PlasticHistory, target: float | None, viscosity: float) -> None:
+        self.system, self.old, self.target, self.viscosity = system, old, target, viscosity
+        self.tried_at, self.tried = np.inf, -_AGAIN  # unbalance and iteration of the last try
+
+    def __call__(
+        self, now: Evaluated, multiplier: float, done: Array, unbalance: float, k: int, *, last: bool = False
+    ) -> Solved | None:
+        """The end of the step, where it is near and not just looked for in vain, or None.
+
+        Parameters
+        ----------
+        now, multiplier : of the other way in its iteration ``k``, which counts as one of these
+        done : motion since the start of the step, own units, shape (order,)
+        unbalance : largest that is left there, in block weights
+        last : whether the other way goes no further
+        """
+        again = last or unbalance < _NEARER * self.tried_at or k - self.tried >= _AGAIN
+        if not (unbalance < _NEAR and again):
+            return None
+        self.tried_at, self.tried = unbalance, k
+        found = solve(
+            self.system, now.pose, multiplier, self.old, self.target, viscosity=self.viscosity, origin=done,
+            iterations=_FINISH, shares=FULL,
+        )
+        return None if found is None else found._replace(iterations=found.iterations + k)

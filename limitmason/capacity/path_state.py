@@ -80,6 +80,12 @@ class StateForces(NamedTuple):
     apart: Array
     place: Array
 
+    def on_joints(self, points: PathContacts) -> tuple[Array, Array]:
+        """Places [m] and forces on block b of the joint [N], in axes that turn with the points' a, (m, 3) each."""
+        # a point may have the joint's b as its a
+        force = points.sense[:, None] * np.einsum("mc,mci->mi", self.components, points.directions)
+        return points.place_a + np.einsum("mc,mci->mi", self.apart, points.directions), force
+
 
 def strength(s: Structure, at: PathState) -> PointLaw:
     """Strengths of the points at the damage of a state [Pa], shapes (m,)."""

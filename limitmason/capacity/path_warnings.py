@@ -238,10 +238,8 @@ def torsion_warnings(generations: Generations, nodes: list[Node]) -> list[str]:
     node = max(nodes, key=lambda n: abs(n.multiplier))
     s = generations.structures[node.generation]
     p = s.points
-    components, apart, _ = generations.forces(node)
     mine = p.interface >= 0
-    force = p.sense[:, None] * np.einsum("mc,mci->mi", components, p.directions)
-    place = p.place_a + np.einsum("mc,mci->mi", apart, p.directions)
+    place, force = generations.forces(node).on_joints(p)
     found = resultants_from_points(s.assembly, place[mine], p.interface[mine], p.area[mine], force[mine])
     twisted = np.flatnonzero(twisted_joints(s.assembly, found, system.weight))
     if not len(twisted):

@@ -55,6 +55,11 @@ class Cost(NamedTuple):
     programs: int
     iterations: int
 
+    @property
+    def provenance(self) -> dict[str, int]:
+        """These numbers as a prediction tells them."""
+        return {"steps": self.steps, "programs": self.programs, "Newton iterations": self.iterations}
+
 
 class SampleStability(StrEnum):
     """What a state would do if it were left alone."""
@@ -211,7 +216,7 @@ class PushoverCurve(Curve):
         s, node = self.structure, self.nodes[self._sample(sample)]
         if node.generation:
             raise NotApplicable(f"sample {sample}: contacts were found anew on the way: its blocks lie on no joints")
-        components, _, _ = self.generations.forces(node)
+        components = self.generations.forces(node).components
         p = s.points
         shear = np.linalg.norm(components[:, 1:], axis=1)
         left = strength(s, self.generations.state(node)).over(p.area)
@@ -269,16 +274,14 @@ class PushoverCurve(Curve):
         node = self.nodes[self._sample(step)]
         s = self.generations.structures[node.generation]
         p = s.points
-        components, apart, _ = self.generations.forces(node)
-        mine = p.interface >= 0  # points of joints, not of blocks that met on the way
+        at = self.generations.forces(node)
+        components, mine = at.components, p.interface >= 0  # points of joints, not of blocks that met on the way
         if components[~mine].any():
             # the one of the others that bears most
             i = int(np.flatnonzero(~mine)[int(np.abs(components[~mine]).max(axis=1).argmax())])
             a, b = (s.assembly.blocks[k].name for k in (p.block_a[i], p.block_b[i]))
             raise NotApplicable(f"sample {step}: {a!r} and {b!r} press on each other, which had no joint")
-        # on block b of the joint [N], which the point may have as its a
-        force = p.sense[:, None] * np.einsum("mc,mci->mi", components, p.directions)
-        place = p.place_a + np.einsum("mc,mci->mi", apart, p.directions)
+        place, force = at.on_joints(p)
         x, ties = s.assembly.links, self._rows_of_ties
         return resultants_from_points(
             s.assembly, np.concatenate([place[mine], x.centre[ties]]), np.append(p.interface[mine], ties),

@@ -116,9 +116,8 @@ def sustained(
     )
     return Prediction(
         method="sustained", collapse_multiplier=value, bound=Bound(BoundKind.ESTIMATE, meaning), status=status,
-        mechanism=curve.mechanism(-1), resultants=resultants, warnings=warnings, provenance={
-            "steps": curve.cost.steps, "programs": curve.cost.programs, "Newton iterations": curve.cost.iterations,
-        }, details={
+        mechanism=curve.mechanism(-1), resultants=resultants, warnings=warnings,
+        provenance=curve.cost.provenance, details={
             "curve": curve, "first loss": float(smallest.collapse_multiplier),
             "largest on the way": float(curve.load.max()), "displacement": to,
         },

@@ -93,7 +93,7 @@ class SolidCurve(Curve):
         """Energy that cracks have taken beside that of single cracks of the same opening and area [J]."""
         node = self._full(sample)
         assert node.memory is not None
-        solver = Solver(self.model, self.model.functional(*self.control), self.tolerance, self.band)
+        solver = self._solver
         return crack_energy(solver, solver.curves, node.memory)
 
     def strain(self, sample: int = -1) -> Array:
@@ -108,12 +108,16 @@ class SolidCurve(Curve):
         """
         node = self._full(sample)
         assert node.memory is not None
-        solver = Solver(self.model, self.model.functional(*self.control), self.tolerance, self.band)
-        now = solver.answer(node.displacement, node.memory, secant=True)
+        now = self._solver.answer(node.displacement, node.memory, secant=True)
         d = self.model.discretisation
         stiffness = d.stiffness(now.tangent.reshape(len(self.model.mesh), -1, 6, 6))
         label = f"solid of {len(self.model.mesh)} bricks, cracked, at {1e3 * self.displacement[sample]:.3g} mm"
         return vibrating(self.model, d.factor(stiffness), label)
+
+    @property
+    def _solver(self) -> Solver:
+        """Solver by the settings of the path."""
+        return Solver(self.model, self.model.functional(*self.control), self.tolerance, self.band)
 
     def _node(self, sample: int) -> EquilibriumState:
         """The state of a sample, refused where the curve has none of that number."""

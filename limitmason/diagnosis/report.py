@@ -25,7 +25,7 @@ from limitmason.storage.files import write_text
 from limitmason.study.memo import plain
 
 OFF = 0.25  # of the noise: error of a table from which on a warning names it (chosen, not derived)
-LISTED, HANGS = 8, 6  # kept explanations, and specimens that a verdict hangs on, that are told one by one (chosen)
+HANGS = 6  # specimens that a verdict hangs on, that are told one by one (chosen)
 COLLINEAR = 0.9  # correlation at which two covariates cannot be held apart
 
 
@@ -140,18 +140,18 @@ class Diagnosis(Findings):
     def _kept_lines(self) -> list[str]:
         """Lines on kept explanations: sizes and p values, physics, gain of each.
 
-        Of more than ``LISTED`` the rest is counted.
+        Of more than the gain is measured of the rest is counted.
         """
         lines = []
-        for names in self.kept[:LISTED]:
+        for names, gain in self.gains.items():
             evidence = words.gate_words(self.verdict.tested[names].p)
             lines.append(f"  {' and '.join(self.sized(names))}; {evidence}")
             causes = [self.by_name[n] for n in names]
             if physics := "; ".join(f"{c.physics} ({c.acts_on})" for c in causes if c.physics):
                 lines.append(f"    {physics}")
-            lines.append(f"    {self.gains[names]}")
-        if len(self.kept) > LISTED:
-            lines.append(f"  and {len(self.kept) - LISTED} more")
+            lines.append(f"    {gain}")
+        if more := len(self.kept) - len(self.gains):
+            lines.append(f"  and {more} more")
         return lines
 
     def state_of(self, names: tuple[str, ...]) -> str:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -28,7 +28,7 @@ from limitmason.errors import InputError
 from limitmason.storage.frozen import ReadOnly
 
 NORMAL_95 = 1.96  # half the width of a 95 % interval over the standard deviation
-GAINS = 8  # most kept explanations whose gain is measured
+GAINS = 8  # most kept explanations whose gain is measured and told, chosen: more are hardly told apart
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -324,19 +324,3 @@ class Findings(Displayed, Citable, ReadOnly):
 
     def __repr__(self) -> str:
         return f"<Findings of {self.n} specimens, {self.kind}: {' + '.join(self.causes) or 'no cause'}>"
-
-
-Given = TypeVar("Given", bound=Findings)
-
-
-def checked_by_group(diagnosis: Given) -> Given:
-    """The diagnosis without explanations that predict left-out groups worse.
-
-    With few repeats the noise is too uncertain to reject a bad fit; what is left out as a whole still tells: an
-    explanation is withdrawn when its score by group is negative by more than its standard error.
-    """
-    if not diagnosis.kept or diagnosis.groups is None:
-        return diagnosis
-    scores = {n: g.leave_group_out for n, g in diagnosis.gains.items()}
-    worse = [n for n, s in scores.items() if s is not None and s.total + s.error < 0.0]
-    return replace(diagnosis, verdict=diagnosis.verdict.without(worse)) if worse else diagnosis

@@ -13,9 +13,7 @@ from limitmason.causes.cause import Cause, check_causes
 from limitmason.checks import choice, count, instance
 from limitmason.diagnosis.cause_tables import ASSUMED_NOISE, PoolGrids
 from limitmason.diagnosis.error_rates import Rehearsal, planted, rehearse
-from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design
-from limitmason.diagnosis.inference.gain import folds_of
 from limitmason.diagnosis.inference.grid import Tabulation, at_measured
 from limitmason.diagnosis.inference.judge import Judge
 from limitmason.diagnosis.inference.next_tests import Confusable, NextTests, confusable
@@ -24,7 +22,7 @@ from limitmason.diagnosis.inference.shared_noise import Shares, estimated_shares
 from limitmason.diagnosis.inference.verdict import Rule, fewest_draws
 from limitmason.diagnosis.observations import linked
 from limitmason.diagnosis.report import Diagnosis
-from limitmason.diagnosis.result import Findings, checked_by_group
+from limitmason.diagnosis.result import Findings
 from limitmason.diagnosis.statement import Statement
 from limitmason.diagnosis.suggest import suggest
 from limitmason.display.progress import reached, watched
@@ -102,13 +100,14 @@ class Study(Statement):
         causes, rule, judges = self._listed(causes), instance("rule", rule or Rule(), Rule), self._made.judges
         design = self.design(causes)
         if (causes, rule) not in judges:
-            folds = folds_of(self.groups, self.n)
 
             def known(sd: float) -> Design:
                 """The design with a noise that is known: as stated, else ``sd`` as residuals tell it."""
                 return design if self.noise.kind != "unknown" else design.with_noise(of_residuals(sd))
 
-            judges[causes, rule] = Judge(design=design, known=known, folds=folds, rule=rule, unstated=self.unstated)
+            judges[causes, rule] = Judge(
+                design=design, known=known, groups=self.groups, rule=rule, unstated=self.unstated
+            )
         return judges[causes, rule]
 
     def shares(self, causes: Iterable[Cause] | None = None, *, price: float | None = None) -> Shares:
@@ -180,7 +179,7 @@ class Study(Statement):
         chances = Draws.make([seed, self.n], n=self.n, k=design.inputs, noise=design.noise, count=draws)
         y = design.whiten(self.measured)
         judged = judge.decide(y, chances, pairs, shared=self.shared, renewed=self.tables.replace_wrong_pairs)
-        answer = Diagnosis(
+        return Diagnosis(
             listed=causes, design=design.closed(), judged=judged.design, shares=judged.shares, y=y,
             verdict=judged.verdict, seed=seed, draws=chances, rule=judge.rule, specimens=self.called,
             measured=self.measured, noise=self.noise, nuisance=self.nuisance, redrawn=tuple(self.tabulator.free),
@@ -189,13 +188,6 @@ class Study(Statement):
             study=self, aside={c.name: self.tables.aside[c] for c in asked if c not in causes},
             references=self.about.references, counted=self.rows.counted,
         )
-        left = checked_by_group(answer)
-        if left is answer or not rule.identify:
-            return left
-        # one that is left now, of several, is held against every model discrepancy as a single one is
-        judge = judge.carrying(judged.shares)
-        decision = ConfidenceSet(judge.design, chances, rule)
-        return replace(left, verdict=judge.with_identification(decision, left.verdict, y, pairs=False))
 
     def _say_if_far_off(self) -> None:
         """Warn of a quantity, or numbers, far from predicted: a unit, as a rule."""

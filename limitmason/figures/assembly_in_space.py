@@ -21,7 +21,7 @@ from limitmason.figures.outline import Edge, visible_edges
 from limitmason.figures.painter import Camera, back_to_front, piece_faces, places_behind
 from limitmason.geometry import Solid
 from limitmason.geometry.facing import all_faces, inner_faces
-from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion
+from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion, free_or_all
 from limitmason.model import Assembly
 
 _LIGHT = np.array([-0.28, 0.55, 0.79])
@@ -255,9 +255,7 @@ def draw_triad(ax: Axes, view: Camera, corner: Array, length: float) -> None:
 
 def block_size(assembly: Assembly) -> float:
     """Median smallest side of the free blocks [m]."""
-    free = np.flatnonzero(~assembly.fixed)
-    rows = free if len(free) else np.arange(assembly.n_blocks)
-    return float(np.median([np.ptp(assembly.blocks[i].vertices, axis=0).min() for i in rows]))
+    return float(np.median([np.ptp(assembly.blocks[i].vertices, axis=0).min() for i in free_or_all(assembly)]))
 
 
 class Layout:

@@ -75,7 +75,7 @@ class Canvas:
             self.layout = Layout(self._scene, ends, ax)
             self.page = style.Page(self.layout.high - self.layout.low, ax, framed=False)
             self.axes, self.size = np.column_stack([self.camera.right, self.camera.up]), block_size(model)
-        self.ax, self.width = self.page.ax, self.page.line_width(self.size)
+        self.ax, self.width = self.page.ax, style.outline_width(self.page.inch, self.size)
         self._told_apart = False
 
     def _moved(self, motion: RigidMotion | None) -> SolidView:

@@ -81,7 +81,8 @@ def solid_map(
         if top - bottom <= _EQUAL * max(abs(bottom), abs(top)):  # one colour, at the lower end of a bar with numbers
             top = bottom + max(0.1 * abs(bottom), _EQUAL)
         norm = Normalize(bottom, top)
-    _paint(page.ax, model, moved, view, per_brick, norm, colours, page.line_width(_brick_size(model)))
+    thin = style.outline_width(page.inch, _brick_size(model))
+    _paint(page.ax, model, moved, view, per_brick, norm, colours, thin)
     page.ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
     page.ax.axis("off")
     figure = page.finish(title, " · ".join(t for t in (text, caption) if t) or None, [])

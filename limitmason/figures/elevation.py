@@ -20,7 +20,7 @@ from limitmason.arrays import Array, Flags, Index
 from limitmason.figures import style
 from limitmason.figures.outline import elevation_loops
 from limitmason.mechanics.plane import Plane
-from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion
+from limitmason.mechanics.rigid_motion import MovingJoints, RigidMotion, free_or_all
 from limitmason.model import Assembly
 
 
@@ -107,7 +107,7 @@ class Elevation:
     def frame(self, motion: RigidMotion | None = None) -> Window:
         """Window of free blocks before and after the motion, and fixed ones in a margin."""
         free = np.flatnonzero(~self.assembly.fixed)
-        points = self._corners(free if len(free) else np.arange(self.assembly.n_blocks))
+        points = self._corners(free_or_all(self.assembly))
         if motion is not None and len(free):
             points = np.concatenate([points, self._corners(free, motion)])
         low, high = points.min(axis=0), points.max(axis=0)
@@ -126,9 +126,8 @@ class Elevation:
 
     def block_size(self) -> float:
         """Median smaller side of the free blocks' outlines [m]."""
-        rows = np.flatnonzero(~self.assembly.fixed)
-        rows = rows if len(rows) else np.arange(self.assembly.n_blocks)
-        return float(np.median([np.ptp(np.concatenate(self.loops[i]) @ self.axes, axis=0).min() for i in rows]))
+        sides = [np.ptp(np.concatenate(self.loops[i]) @ self.axes, axis=0).min() for i in free_or_all(self.assembly)]
+        return float(np.median(sides))
 
     def segments(self, interfaces: Index, motion: RigidMotion) -> tuple[Array, Array]:
         """Ends of interfaces in plane, by block a and by block b [m], (k, 2, 2) each.

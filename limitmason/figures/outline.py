@@ -15,8 +15,9 @@ from scipy.spatial import ConvexHull
 
 from limitmason.arrays import Array, Index
 from limitmason.geometry import Solid
-from limitmason.geometry.polyhedron import face_plane
+from limitmason.geometry.polyhedron import face_plane, faces_at_edges
 from limitmason.mechanics.plane import Plane
+from limitmason.mechanics.rigid_motion import free_or_all
 from limitmason.model import Assembly, Block
 
 _AROUND = 24  # places on a circle about an edge: a wedge of 15 degrees is seen
@@ -47,9 +48,7 @@ def wall_plane(assembly: Assembly, twists: Array | None = None) -> Plane | None:
     twists : of a mechanism: velocities of the centroids and angular velocities, shape (n, 6)
     """
     x = assembly.arrays  # x.normal are the unit normals of all joints, shape (k, 3)
-    free = np.flatnonzero(~assembly.fixed)
-    if not len(free):
-        free = np.arange(assembly.n_blocks)
+    free = free_or_all(assembly)
     candidates = [np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0])]
     if len(x.normal):
         # normals of joints that span a plane, and no line, tell it alone: the axis across has no part of them, where
@@ -238,12 +237,8 @@ def visible_edges(parts: Sequence[Solid], tolerance: float) -> list[list[Edge]]:
     normals, offsets = ([np.array([plane[k] for plane in p]) for p in planes] for k in (0, 1))
     out: list[list[Edge]] = []
     for k, part in enumerate(parts):
-        faces_of: dict[tuple[int, int], list[int]] = {}
-        for number, face in enumerate(part.faces):
-            for i, j in zip(face, (*face[1:], face[0]), strict=True):
-                faces_of.setdefault((min(i, j), max(i, j)), []).append(number)
         edges = []
-        for (i, j), touching in faces_of.items():
+        for (i, j), touching in faces_at_edges(part.faces).items():
             a, b = part.vertices[i], part.vertices[j]
             if len(parts) == 1:
                 edges.append(Edge(a, b, tuple(touching)))

@@ -226,10 +226,6 @@ class Page:
         """The figure drawn on."""
         return figure_of(self.ax)
 
-    def line_width(self, size: float) -> float:
-        """Width of outlines [pt] of blocks of a ``size`` [m]."""
-        return outline_width(self.inch, size)
-
     def finish(self, title: str | None, text: str | None, handles: list[Any]) -> Figure:
         """Set the size of the page, then title, caption and legend, and return the figure.
 

@@ -23,8 +23,6 @@ from limitmason.figures.diagnosis_panels import diagnosis as diagnosis_figure
 from limitmason.figures.page import bullets, image, paragraphs, table, write_page
 from limitmason.figures.residuals import with_unit
 
-_MOST_GAINS = 8  # kept explanations whose gains are told, chosen: more are hardly told apart
-
 
 def diagnosis_page(
     result: Any,
@@ -94,10 +92,9 @@ def diagnosis_page(
 
 
 def _gains(result: Any) -> str:
-    """HTML of what the best eight kept explanations gain in errors and log scores."""
+    """HTML of what the best kept explanations gain in errors and log scores."""
     rows = []
-    for names in result.kept[:_MOST_GAINS]:
-        gain = result.gains[names]
+    for names, gain in result.gains.items():
         by_group = "no groups given" if gain.leave_group_out is None else str(gain.leave_group_out)
         rows.append(("kept" if names == result.kept[0] else "", [
             " and ".join(result.sized(names)), (told_error(gain.error_before),),

@@ -219,6 +219,15 @@ def face_plane(corners: Array) -> tuple[Array, float]:
     return normal[0], float(offset[0])
 
 
+def faces_at_edges(faces: Faces) -> dict[tuple[int, int], list[int]]:
+    """Numbers of the faces at every edge, by its two corners in ascending order, as the faces pass them."""
+    found: dict[tuple[int, int], list[int]] = {}
+    for number, face in enumerate(faces):
+        for i, j in zip(face, (*face[1:], face[0]), strict=True):
+            found.setdefault((min(i, j), max(i, j)), []).append(number)
+    return found
+
+
 def least_widths(blocks: Sequence[Sequence[Solid]]) -> Array:
     """Least width of every block [m], shape (n,).
 

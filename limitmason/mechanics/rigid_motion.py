@@ -146,11 +146,15 @@ def structure_size(assembly: Assembly) -> float:
     return float(np.sqrt(span[:2].max() * span[2]))
 
 
-def free_bounds(assembly: Assembly) -> Array:
-    """Lowest and highest coordinates of the blocks that are not fixed (of all, where all are) [m], shape (2, 3)."""
+def free_or_all(assembly: Assembly) -> Index:
+    """Numbers of the blocks that are not fixed; of all, where all are."""
     free = np.flatnonzero(~assembly.fixed)
-    rows = free if len(free) else np.arange(assembly.n_blocks)
-    bounds = np.array([assembly.blocks[i].bounds for i in rows])
+    return free if len(free) else np.arange(assembly.n_blocks)
+
+
+def free_bounds(assembly: Assembly) -> Array:
+    """Lowest and highest coordinates of :func:`free_or_all` blocks [m], shape (2, 3)."""
+    bounds = np.array([assembly.blocks[i].bounds for i in free_or_all(assembly)])
     return np.array([bounds[:, 0].min(axis=0), bounds[:, 1].max(axis=0)])
 
 

@@ -1,5 +1,6 @@
 """Stages of loading, histories, interruption, large displacement and bad states of the DEM."""
 
+import dataclasses
 import itertools
 import re
 
@@ -210,6 +211,10 @@ def test_first_crack_is_found_where_a_tilted_wall_opens():
     assert h["multiplier"][sample] > 0.2
     with pytest.raises(InputError, match="kind must be one of"):
         h.first_crack(1e-4, "bases")
+    # joint 1 opens from 80 to 110 micrometres while joint 0 opens from none to 120: joint 1 is at 100 first
+    opening = np.zeros_like(h.opening)
+    opening[3, 1], opening[4:, :2] = 80e-6, (120e-6, 110e-6)
+    assert dataclasses.replace(h, opening=opening).first_crack(1e-4) == (4, 1)
 
 
 def test_a_toppled_block_falls_on_its_side_and_comes_to_rest():

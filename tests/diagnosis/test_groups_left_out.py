@@ -38,19 +38,32 @@ def test_a_withdrawn_explanation_is_neither_kept_nor_told_from_others():
     assert tests.reason == f"to hold {found.causes[0]} against the others"
 
 
+def of_one_group(mostly):
+    """Data of a cause that acts on group "a" alone, judged beside causes that act on the others a little as well."""
+    groups = list("abcd" * 3)
+    stacks = [{**s, "group": g} for s, g in zip(specimens(), groups, strict=True)]
+    listed = [
+        Cause(name, name, 1.0, (0.3, 3.0), "of one group", "measurement",
+              lambda size, p, s, rest=rest: p * size ** (1.0 if s["group"] == "a" else rest))
+        for name, rest in (("alone", 0.0), *((name, 0.04) for name in mostly))
+    ]
+    made = Study(stacks, blocks, None, Noise(0.05), FRICTION, ["height", "width"], groups, shared=())
+    values = made.predicted(listed[:1], [1.25]) * np.exp(0.05 * np.random.default_rng(5).standard_normal(12))
+    return made.replace(measured=values, causes=(*listed, ROUNDING))
+
+
 @pytest.mark.slow
 def test_the_one_that_is_left_when_groups_withdraw_another_is_still_to_be_identified():
     """Forces alone identify nothing, so that one of two that fit is no cause because groups speak against the other."""
-    groups = list("abcd" * 3)
-    stacks = [{**s, "group": g} for s, g in zip(specimens(), groups, strict=True)]
-    alone, mostly = (
-        Cause(name, name, 1.0, (0.3, 3.0), "of one group", "measurement",
-              lambda size, p, s, rest=rest: p * size ** (1.0 if s["group"] == "a" else rest))
-        for name, rest in (("alone", 0.0), ("mostly", 0.04))
-    )
-    made = Study(stacks, blocks, None, Noise(0.05), FRICTION, ["height", "width"], groups, shared=())
-    values = made.predicted([alone], [1.25]) * np.exp(0.05 * np.random.default_rng(5).standard_normal(12))
-    found = made.replace(measured=values).diagnose((alone, mostly, ROUNDING), draws=199, pairs=False)
+    found = of_one_group(("mostly",)).diagnose(draws=199, pairs=False)
     assert found.verdict.withdrawn == (("mostly",),)
     assert (found.kind, found.causes, found.identified) == ("behaves like", ("alone",), False)  # was "cause"
     assert "kinds" in found.identification.missing
+
+
+@pytest.mark.slow
+def test_every_explanation_that_fits_is_held_against_the_groups_and_not_the_eight_best_alone():
+    twins = [f"mostly {k}" for k in range(9)]
+    found = of_one_group(twins).diagnose(draws=199, pairs=False)
+    assert set(found.verdict.withdrawn) == {(name,) for name in twins}
+    assert found.causes == ("alone",)

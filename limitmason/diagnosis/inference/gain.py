@@ -97,9 +97,6 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
     folds = folds_of(groups, design.n)
     best = design.fit(names, y)
     one, base = left_out(design, names, y, singles), left_out(design, (), y, singles)
-    by_group = None
-    if groups is not None:
-        by_group = _score(left_out(design, names, y, folds).score - left_out(design, (), y, folds).score, folds)
     kinds = dict.fromkeys(design.kinds)
     by_kind: dict[str, Score] = {}
     if len(kinds) > 1:
@@ -111,8 +108,8 @@ def measure_gain(design: Design, names: Names, y: np.ndarray, groups: Sequence |
     return Gain(
         names=names, error_before=_rms(y * design.scale), error_after=_rms(best.residuals[0] * design.scale),
         error_left_out=_rms(one.residual * design.scale), leave_one_out=_score(one.score - base.score, singles),
-        leave_group_out=by_group, selected=_score(_selected(design, y, folds, critical_gain), folds),
-        leave_kind_out=by_kind,
+        leave_group_out=None if groups is None else score_by_fold(design, names, y, folds),
+        selected=_score(_selected(design, y, folds, critical_gain), folds), leave_kind_out=by_kind,
     )
 
 
@@ -151,6 +148,11 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
         unfelt = fits.loglik <= others.loglik + ROUNDING * (1.0 + np.abs(others.loglik))
         residual = np.where(unfelt[folds], others.residual, residual)
     return Unseen(design.like.log_score(residual, variance[folds]), residual, fits.loglik)
+
+
+def score_by_fold(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> Score:
+    """Score over the baseline of values that an explanation predicts without their fold."""
+    return _score(left_out(design, names, y, folds).score - left_out(design, (), y, folds).score, folds)
 
 
 def _selected(design: Design, y: np.ndarray, folds: np.ndarray, critical_gain: float) -> np.ndarray:

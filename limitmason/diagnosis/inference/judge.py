@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.special import chdtri
@@ -18,6 +19,7 @@ from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import dose_of, dosed
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, by_kind
+from limitmason.diagnosis.inference.gain import folds_of, score_by_fold
 from limitmason.diagnosis.inference.identification import DRAWN, against_draws, margin_of, unseen_values
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
 from limitmason.diagnosis.inference.noise import Draws
@@ -52,7 +54,7 @@ class Judge:
     ----------
     design : tables
     known : the same with a known noise, for rehearsals; called with the estimate of the noise where it is not stated
-    folds : number of the group of each specimen, left out together, shape (n,)
+    groups : label of the configuration of each specimen, left out together; None where each stands for itself
     rule : thresholds
     unstated : circumstances of the tests that no column tells: an alarm must outlast noise shared within them
     rehearsed : the judge whose rehearsal is taken, that of independent noise where this one carries shared noise: its
@@ -62,13 +64,18 @@ class Judge:
 
     design: Design
     known: Callable[[float], Design]
-    folds: np.ndarray
+    groups: Sequence | None
     rule: Rule = field(default_factory=Rule)
     unstated: tuple[str, ...] = ()
     rehearsed: Judge | None = None
     seed: int = 0
     _rivals: dict[float, Rivals] = field(default_factory=dict, init=False)
     _missing: dict[float, Missing] = field(default_factory=dict, init=False)
+
+    @cached_property
+    def _folds(self) -> np.ndarray:
+        """Number of the group of each specimen, shape (n,)."""
+        return folds_of(self.groups, self.design.n)
 
     def missing(self, sd: float = 1.0) -> Missing:
         """What happens when the true cause is not on the list, and margins against it.
@@ -166,6 +173,9 @@ class Judge:
     ) -> Judged:
         """The verdict on one data set, noise shared as its residuals say.
 
+        With few repeats the noise is too uncertain to reject a bad fit; what is left out as a whole still tells: an
+        explanation is withdrawn when its score by group is negative by more than its standard error.
+
         Parameters
         ----------
         y : whitened data, per specimen, shape (n,)
@@ -190,7 +200,16 @@ class Judge:
             verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
         for names in self.design.pair_names if verdict.pairs else ():
             self.design.grid(names)  # made now: a closed design makes no table, and who judges again tries all pairs
+        if worse := self._worse_by_group(verdict, y):  # one that is left, of several, gets its record now
+            decision = ConfidenceSet(judge.design, draws, self.rule)
+            verdict = judge._recorded(decision, verdict.without(worse), y, pairs=False)
         return Judged(verdict, judge.design.closed(), shares)
+
+    def _worse_by_group(self, verdict: Verdict, y: np.ndarray) -> list[Names]:
+        """Kept explanations that predict groups left out worse than the baseline does."""
+        kept = () if self.groups is None else verdict.kept
+        scores = {names: score_by_fold(self.design, names, y, self._folds) for names in kept}
+        return [names for names, score in scores.items() if score.total + score.error < 0.0]
 
     def judge_with_own_noise(
         self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None
@@ -210,11 +229,16 @@ class Judge:
             verdict = self.beside_scatter(decision, alarm, y)
         else:
             verdict = decision.explained(y, alarm, pairs)
+        if self.rule.identify:
+            verdict = self.beside_levers(verdict, y)
+        return self._recorded(decision, verdict, y, pairs)
+
+    def _recorded(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
+        """The verdict with what stands behind it, where the rule asks for that."""
         if not self.rule.identify:
             return verdict
-        verdict = self.with_identification(decision, self.beside_levers(verdict, y), y, pairs)
-        sd = self.noise(verdict)
-        return replace(verdict, rehearsed=self.missing(sd))
+        verdict = self.with_identification(decision, verdict, y, pairs)
+        return replace(verdict, rehearsed=self.missing(self.noise(verdict)))
 
     def with_identification(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray, pairs: bool) -> Verdict:
         """The verdict with the record of its one explanation, if it has just one.
@@ -314,7 +338,7 @@ class Judge:
         slope, error = dose_of(discrepancy, rivals.slopes, effect, data, sd)
         kinds = by_kind(design, effect, y, verdict.null.residuals[0], fit.residuals[0], sd)
         margin = margin_of(names, kinds, margins)
-        unseen = unseen_values(design, discrepancy, names, data, self.folds, sd)
+        unseen = unseen_values(design, discrepancy, names, data, self._folds, sd)
         holds = {  # by the names of ``CONDITIONS``
             "lever": against.expected >= margin,
             "dose": dosed(slope, error),

@@ -270,14 +270,14 @@ class Truth(NamedTuple):
 
 def choose_tests(
     truths: Mapping[Names, Truth], rivals: Mapping[Names, tuple[Grid, Grid]],
-    pairs: Sequence[tuple[Names, Names]], k: int, cap: float = CLEAR, price: np.ndarray | None = None,
+    pairs: Sequence[tuple[Names, Names]], k: int, price: np.ndarray | None = None,
 ) -> tuple[list[int], np.ndarray, np.ndarray]:
     """Greedy choice of specimens that pull pairs apart after the rival is refitted.
 
     Pairs are ordered: true cause, rival.
 
-    Each step adds the specimen with the largest gain of the sum over the pairs of min(d2, cap) for its price; the cap
-    keeps an easy pair from being served at the cost of a hard one.
+    Each step adds the specimen with the largest gain of the sum over the pairs of min(d2, ``CLEAR``) for its price; the
+    cap keeps an easy pair from being served at the cost of a hard one.
 
     Parameters
     ----------
@@ -300,7 +300,8 @@ def choose_tests(
             # d2 of the pair so far, and with each row of the pool: the rival takes its best node anew
             now, d2 = total.min(), (total[:, None] + add).min(axis=0)
             # a tie among the capped goes to the larger: a thousandth of what lies between the cap and four times it
-            worth += np.minimum(d2, cap) - min(now, cap) + 1e-3 * (np.minimum(d2, 4 * cap) - min(now, 4 * cap))
+            below, beyond = (np.minimum(d2, cap) - min(now, cap) for cap in (CLEAR, 4 * CLEAR))
+            worth += below + 1e-3 * beyond
         worth = worth if price is None else worth / price
         worth[chosen] = -np.inf
         chosen.append(int(np.argmax(worth)))
