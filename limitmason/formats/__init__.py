@@ -90,7 +90,7 @@ def write(
     """
     if not isinstance(path, str | Path):
         raise InputError(f"path must be the name of a file, got {type(path).__name__}: write(path, assembly)")
-    suffix = Path(path).suffix.lower()
+    suffix = named_path(path).suffix.lower()
     if suffix not in _WRITERS:
         raise InputError(f"{path}: cannot write {suffix or 'a file without suffix'}; known: {', '.join(_WRITERS)}")
     if suffix == ".json":
