@@ -62,7 +62,7 @@ def test_every_reader_takes_a_tilde_for_the_home_folder(tmp_path, monkeypatch):
     lm.formats.write(tmp_path / "model.json", wall, loads)
     lm.formats.write(tmp_path / "blocks.obj", wall)
     dem.initial_state(wall, loads).save(tmp_path / "state.npz")
-    (tmp_path / "data.csv").write_text("# units: specimen -, measured kN\nspecimen,measured\na,1.0\nb,2.0\n")
+    (tmp_path / "data.csv").write_text("specimen,measured\n# units: -,kN\na,1.0\nb,2.0\n")
     memo = Memo("~/runs.jsonl")
     memo.keep("a", 1.0)
     assert (tmp_path / "runs.jsonl").is_file()
