@@ -48,7 +48,7 @@ from limitmason.capacity.start import begin
 from limitmason.capacity.step_length import Steps, senses
 from limitmason.capacity.system import System
 from limitmason.capacity.ties import make_ties
-from limitmason.checks import choice, finite
+from limitmason.checks import choice, finite, listener
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable
@@ -174,7 +174,7 @@ def pushover(
     samples, the second a jump with its energy in ``curve.breaks``. The load then often recovers: with such joints
     ``to=None`` ends where a fifth of the largest load is lost, to ``steps.peak``.
     """
-    begun, say = time.perf_counter(), progress or (lambda _: None)
+    begun, say = time.perf_counter(), listener("progress", progress, "a line of text") or (lambda _: None)
     # what is refused first; then the model as it is followed, its points and springs, its equations, and the path
     refuse(assembly)
     refuse_other_classes(steps, start, initial)

@@ -66,7 +66,7 @@ def read(path: str | Path, **options: Any) -> Model | Solids | Outlines:
     reader = _READERS[suffix]
     taken = [name for name, p in signature(reader).parameters.items() if p.kind is not p.VAR_KEYWORD][1:]
     if unknown := sorted(options.keys() - set(taken)):
-        known = f"options: {', '.join(taken)}" if taken else "it has no options"
+        known = f"options: {', '.join(taken)}" if taken else "it has no options, leave it out"
         raise InputError(f"{path}: a {suffix} file is not read with {unknown[0]!r}; {known}")
     return reader(path, **options)
 
