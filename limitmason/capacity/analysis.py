@@ -133,7 +133,8 @@ def pushover(
     stiffness : kn, or (kn, ks), of every joint [Pa/m]; by default that of the joints, else the DEM's default
     steps : see :class:`Steps`
     start : curve whose last state is gone on from, for the same model, contact points and dead load; its live load must
-        be the same up to a factor, which may be negative. ``to`` counts from the state under dead load, as before
+        be the same up to a factor, which may be negative, unless that state bears none, as of ``to=0``. ``to`` counts
+        from the state under dead load, as before
     initial : prediction of limit analysis on the same points, with whose joint forces the path begins, at its
         multiplier in the reference pose and along its mechanism: joints misfit by what their springs need for these
         forces. The way to states that no path from the unstressed structure reaches; see :mod:`.initial_gaps`
