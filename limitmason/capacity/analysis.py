@@ -26,7 +26,7 @@ from limitmason.capacity.contacts import (
     points_of_path,
     turned_over,
 )
-from limitmason.capacity.controls import as_one_assembly, control_row, with_moving_support
+from limitmason.capacity.controls import as_one_assembly, control_row, turns_back, with_moving_support
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
 from limitmason.capacity.initial_gaps import begun_with, of_forces, of_gaps
 from limitmason.capacity.kinematics import at_rest, make_bodies
@@ -229,6 +229,7 @@ def pushover(
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said + too_stiff + landed_warnings(generations, nodes)
+    warnings += turns_back(control, loads) if status == PathEnd.STOPPED else []
     if initial is None:
         standard = contact_model is None and grid is None
         warnings += followed_warnings(generations, nodes, contact_model, standard, named=bool(named.any()))

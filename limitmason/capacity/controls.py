@@ -125,3 +125,19 @@ def control_row(assembly: Assembly, control: Any, basis: Array, free: NDArray, l
         raise InputError(f"control: block {control[0]!r} does not move along {control[1]!r}")
     # the load that pushes a block down grows while its z falls
     return row, -total if float((row * live).sum()) < 0.0 else total
+
+
+def turns_back(control: Any, loads: Loads) -> list[str]:
+    """A note on a path that stopped: the centroids may turn back while the loads, beside them, go on.
+
+    Parameters
+    ----------
+    control : "live", or (block, axis), as :func:`as_one_assembly` returns it
+    loads : of the path
+    """
+    if not isinstance(control, str) or not loads.live_arms.any():
+        return []
+    return [
+        "the live loads act beside the centroids, whose displacement along them is the control: it turns back where "
+        "blocks rock and lift their centroids; give control=(block, axis) of a block that goes on"
+    ]
