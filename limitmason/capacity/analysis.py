@@ -26,7 +26,7 @@ from limitmason.capacity.contacts import (
     points_of_path,
     turned_over,
 )
-from limitmason.capacity.controls import as_one_assembly, control_row, turns_back, with_moving_support
+from limitmason.capacity.controls import as_one_assembly, control_row, refuse_undriven, turns_back, with_moving_support
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
 from limitmason.capacity.initial_gaps import begun_with, of_forces, of_gaps
 from limitmason.capacity.kinematics import at_rest, make_bodies
@@ -224,6 +224,8 @@ def pushover(
         nodes = begun_with(generations.systems[0], initial, to, ratio, steps or Steps())
     if not nodes:
         return _falls(generations, warnings)
+    if initial is None and start is None and moving is None:
+        refuse_undriven(generations.systems[0], nodes[0], control)
     if settles:
         return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + too_stiff, unit=None)
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control

@@ -129,3 +129,11 @@ def test_a_path_whose_control_turns_back_says_what_goes_on():
     assert on.status == "reached"
     assert on.peak.load == pytest.approx(4.0 / 3.0, rel=2e-3)  # W b / 2 = lambda W (0.55 - b)
     assert not any("control=" in w for w in on.warnings)
+
+
+@pytest.mark.parametrize("along", [(1, 0, 0), (0, 1, 0)])
+def test_a_control_that_the_load_does_not_move_is_refused(along):
+    """A column under its weight, pushed sideways: its blocks rise or fall by rounding alone, which overflowed."""
+    pile = lm.build.column(width=0.4, depth=0.3, unit_height=0.3, courses=2, joint=lm.Joint(33.0))
+    with pytest.raises(lm.errors.InputError, match="does not move block 'column-1' along 'z': give an axis"):
+        lm.pushover(pile, lm.Loads.horizontal(pile, along), to=1e-3, control=(1, "z"))
