@@ -14,7 +14,7 @@ import numpy as np
 from dem.model.joints import Grid as Spacing
 from dem.model.joints import JointOptions
 from dem.model.rest_or_collapse import LoadVerdict
-from limitmason.checks import choice, count, instance, positive
+from limitmason.checks import choice, count, instance, listener, positive
 from limitmason.deformable import SOLID
 from limitmason.deformable.levels import LUMPED, RIGID, SIMPLY_DEFORMABLE, ZONED
 from limitmason.errors import InputError
@@ -150,6 +150,7 @@ class DemSettings:
             )
         for check in self.error_budget:
             choice("a check of error_budget", check, CHECKS)
+        listener("progress", self.progress, "a multiplier and its verdict")
 
 
 def _of_classes(settings: DemSettings | PushSettings) -> None:

@@ -143,6 +143,13 @@ def several(name: str, value: Any, kind: type[T]) -> tuple[T, ...]:
     return tuple(instance(f"{name}[{k}]", item, kind) for k, item in enumerate(value))
 
 
+def listener(name: str, value: T | None, told: str) -> T | None:
+    """Return `value` if it is a function of what is `told`, or None; or say that it cannot be called."""
+    if value is not None and not callable(value):
+        raise InputError(f"{name} must be a function of {told}, got {_told(value)}: print is one, None tells nobody")
+    return value
+
+
 def _told(value: Any) -> str:
     """A value in a message: short ones themselves, others by their class, so that a message stays a line."""
     short = isinstance(value, str | int | float | None) and len(repr(value)) < 60

@@ -34,7 +34,8 @@ def slowest_period(assembly: Assembly, state: State, loads: Loads) -> float:
 
     Joints are closed and elastic. By Rayleigh's quotient omega^2 = u K u / u M u with K u = f, f the dead loads and
     then twice M u: the period is below the exact one by the square of what the shape lacks. Joints that open make it
-    longer.
+    longer. Ties are left out, though masses are scaled for them: one that hangs loose holds nothing, and a taut one
+    makes the period shorter.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from dem.settings import PushSettings
 from dem.stages.resuming import RunStatus, check_same
 from dem.stages.run import Progress, Run, go
 from limitmason.arrays import Array, Flags
-from limitmason.checks import numbers
+from limitmason.checks import listener, numbers
 from limitmason.errors import InputError
 from limitmason.model import Assembly, Loads
 from limitmason.model.stages import Drive
@@ -36,6 +36,7 @@ class Follower:
     """
 
     def __init__(self, progress: Progress | None, run: int, before: int, count: int, total: int) -> None:
+        listener("progress", progress, "a sample")
         self.progress, self.run, self.before, self.count, self.total = progress, run, before, count, total
         self.begin(0.0)
 

@@ -33,7 +33,7 @@ from limitmason.model import Assembly
 from limitmason.model.input import read_direction
 from limitmason.model.stages import Damping
 from limitmason.storage.csv_table import Tabular
-from limitmason.storage.files import as_json, of_json, read_archive, write_archive
+from limitmason.storage.files import as_json, named_path, of_json, read_archive, write_archive
 from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.system import VibratingSystem
 
@@ -133,7 +133,7 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         The file is whole, or the one that was there before. Samples that are in a store are not written to its own
         checkpoint again.
         """
-        own = self.store is not None and Path(path) == self.store.checkpoint  # samples are in the store's files
+        own = self.store is not None and named_path(path) == self.store.checkpoint  # samples are in the store's files
         arrays: dict[str, Any] = {f"state.{k}": v for k, v in self.state.arrays().items()}
         arrays |= {f"scalar.{k}": v for k, v in self.scalars.items()}
         arrays |= {} if own else {k: getattr(self, k) for k in (*_ARRAYS, "tie_force")}
@@ -163,8 +163,8 @@ class History(Displayed, JointMarks, Tabular, ReadOnly):
         InputError
             For an assembly with other blocks, interfaces or joint laws, and a file that lacks something, by name.
         """
-        folder = Path(path) if Path(path).is_dir() else None  # of a store, with samples in files of their own
-        file = read_archive(path if folder is None else folder / CHECKPOINT)
+        folder = place if (place := named_path(path)).is_dir() else None  # of a store: its samples are files
+        file = read_archive(place if folder is None else folder / CHECKPOINT)
         state = State.from_arrays(file.group("state"), path)
         check_continues(assembly, state, state.loads, options=None)
         recorded, store = file["recorded"].astype(np.intp), None

@@ -211,9 +211,9 @@ def check_checkpoint(path: str | Path | None, *, begins: bool) -> None:
     """
     if path is None or not named_path(path).exists():
         return
-    if Path(path).is_dir():
+    if named_path(path).is_dir():
         raise InputError(f"the checkpoint {path} is a folder: give a file")
-    if Path(path).is_file() and "words" not in read_archive(path):
+    if named_path(path).is_file() and "words" not in read_archive(path):
         raise InputError(f"{path} is no checkpoint of a run, and would be lost: give another file")
     if begins and Path(path).is_file():
         raise InputError(

@@ -5,9 +5,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from dem.stages.resuming import RunStatus, interrupts_wait
-from limitmason.checks import count
+from limitmason.checks import count, listener
 from limitmason.display.progress import reached, taken_up, watched
-from limitmason.errors import InputError
 from limitmason.storage.interrupts import ends_early
 
 Progress = Callable[[Mapping[str, Any]], object]
@@ -66,8 +65,7 @@ def go(
         For an interval below 1.
     """
     checkpoint_every = count("checkpoint_every", checkpoint_every)
-    if progress is not None and not callable(progress):
-        raise InputError(f"progress must be a function of a sample, got {progress!r}")
+    listener("progress", progress, "a sample")
     try:
         with interrupts_wait() as interrupt:
             run.begin()

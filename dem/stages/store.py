@@ -15,7 +15,7 @@ import numpy as np
 from limitmason.arrays import Index
 from limitmason.errors import InputError
 from limitmason.model import Assembly
-from limitmason.storage.files import read_json, write_text
+from limitmason.storage.files import named_path, read_json, write_text
 
 try:
     import fcntl
@@ -49,7 +49,7 @@ class Store:
     @property
     def checkpoint(self) -> Path:
         """File of the state and of all that is no sample."""
-        return Path(self.folder) / CHECKPOINT
+        return named_path(self.folder) / CHECKPOINT
 
     def recorded(self, assembly: Assembly) -> Index:
         """Numbers of the blocks that are kept, in their order."""
@@ -65,7 +65,7 @@ class Store:
         InputError
             For a file of that name, and a folder to which another run writes.
         """
-        folder = Path(self.folder)
+        folder = named_path(self.folder)
         if folder.exists() and not folder.is_dir():
             raise InputError(f"the store {folder} is a file: give a folder")
         folder.mkdir(parents=True, exist_ok=True)
@@ -91,7 +91,7 @@ class Store:
                 f"{self.folder} holds a run already: go on with dem.resume(dem.History.load({str(self.folder)!r}, "
                 "assembly), stages), or give another folder"
             )
-        folder = Path(self.folder)
+        folder = named_path(self.folder)
         if (folder / LAYOUT).exists():
             _shapes(folder)  # left by a run that was killed before its first checkpoint
         elif others := sorted(folder.glob("*.f8")):
@@ -140,7 +140,7 @@ class StoredSamples(Samples):
 
     def __init__(self, folder: str | Path, shapes: Mapping[str, tuple[int, ...]], count: int = 0) -> None:
         super().__init__(**shapes)
-        self.folder, self.count = Path(folder), count
+        self.folder, self.count = named_path(folder), count
         self.columns = {}
 
     def __len__(self) -> int:
@@ -159,7 +159,7 @@ class StoredSamples(Samples):
         InputError
             For a folder that lacks something, by name.
         """
-        if not (Path(folder) / LAYOUT).exists():
+        if not (named_path(folder) / LAYOUT).exists():
             raise InputError(f"{folder} lacks {LAYOUT!r}: no run was stored there")
         out = cls(folder, _shapes(folder), count)
         for name in out.shapes:
@@ -220,7 +220,7 @@ def _shapes(folder: str | Path) -> dict[str, tuple[int, ...]]:
     InputError
         For a file of that name that is something else.
     """
-    layout = Path(folder) / LAYOUT
+    layout = named_path(folder) / LAYOUT
     said = read_json(layout)
     columns = said.get("columns") if isinstance(said, dict) else None
     if not columns or not isinstance(columns, dict) or not all(

@@ -125,19 +125,22 @@ def read(model: ZonedModel) -> Reading:
 
 
 def unbalance(model: ZonedModel) -> float:
-    """Largest unbalanced force of a model, divided by the applied force [-].
+    """Largest unbalanced force or moment of a model, divided by the applied force [-].
 
     At a free node it is divided by the mean applied force per free node, as each bears a small part of the load. At a
-    rigid block, which may bear all of it, it is divided by the sum. A structure without loads is measured by the
-    reactions of its drive.
+    rigid block, which may bear all of it, it is divided by the sum, and its moment by that times the block's least
+    extent. A structure without loads is measured by the forces that drive it.
     """
     nodes, rigid = model.nodes, model.rigid
     free = nodes.body < 0
     applied = float(np.linalg.norm(nodes.load, axis=1).sum())
     applied += float(np.linalg.norm(rigid.load[:, :2], axis=1).sum())
-    driven = float(np.abs(rigid.net[rigid.held]).max(initial=0.0))
+    driven = float(np.abs(rigid.net[:, :2][rigid.held[:, :2]]).max(initial=0.0))
     applied = max(applied, driven, 1e-300)
-    on_blocks = np.where(rigid.held, 0.0, rigid.net)[:, :2]
+    on_blocks = np.where(rigid.held, 0.0, rigid.net)
+    for k in np.flatnonzero(on_blocks[:, 2]):
+        block = model.assembly.blocks[int(model.mesh.block[np.argmax(nodes.body == k)])]
+        on_blocks[k, 2] /= float(np.ptp(block.bounds, axis=0)[[0, 2]].min())
     at_node = float(np.abs(nodes.force[free]).max(initial=0.0)) / (applied / max(int(free.sum()), 1))
     return max(at_node, float(np.abs(on_blocks).max(initial=0.0)) / applied)
 

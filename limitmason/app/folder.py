@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 from limitmason.errors import InputError
-from limitmason.storage.files import written_whole
+from limitmason.storage.files import named_path, written_whole
 
 KINDS = (".json", ".dxf", ".svg", ".obj", ".ply", ".stl", ".off")
 """Files that the page can open."""
@@ -33,7 +33,7 @@ class Folder:
     """
 
     def __init__(self, path: str | Path) -> None:
-        self.path = Path(path).resolve()
+        self.path = named_path(path).resolve()
         if not self.path.is_dir():
             raise InputError(f"--folder {str(path)!r} is no folder: make it first, or give another")
 

@@ -19,7 +19,7 @@ from limitmason.calibration.profile import profile
 from limitmason.calibration.result import Fit, fit_warnings
 from limitmason.calibration.runs import Model, Runs
 from limitmason.calibration.targets import CurveTarget, Entry, OutputValue, entries_of
-from limitmason.checks import finite, instance
+from limitmason.checks import finite, instance, listener
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
 from limitmason.study.linked_formulas import LinkedFormulas
@@ -99,6 +99,7 @@ def calibrate(
     A prediction of the rest is not a test of what all tests share: name groups by geometry or load where you can.
     """
     instance("search", search, SearchSettings, "SearchSettings(starts=6)")
+    listener("progress", progress, "a line of text")
     if level is not None and not 0.0 < finite("level", level) < 1.0:
         raise InputError(f"level must lie between 0 and 1, or be None, got {level!r}")
     scale, tied = ParameterScale(parameters), LinkedFormulas(ties or {})

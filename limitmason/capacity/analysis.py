@@ -26,7 +26,7 @@ from limitmason.capacity.contacts import (
     points_of_path,
     turned_over,
 )
-from limitmason.capacity.controls import as_one_assembly, control_row, with_moving_support
+from limitmason.capacity.controls import as_one_assembly, control_row, refuse_undriven, turns_back, with_moving_support
 from limitmason.capacity.deformable import CondensedShapes, deformation, lumped, plane_of
 from limitmason.capacity.initial_gaps import begun_with, of_forces, of_gaps
 from limitmason.capacity.kinematics import at_rest, make_bodies
@@ -48,7 +48,7 @@ from limitmason.capacity.start import begin
 from limitmason.capacity.step_length import Steps, senses
 from limitmason.capacity.system import System
 from limitmason.capacity.ties import make_ties
-from limitmason.checks import choice, finite
+from limitmason.checks import choice, finite, listener
 from limitmason.deformable.levels import LUMPED, RIGID, RITZ, SIMPLY_DEFORMABLE
 from limitmason.display.progress import watched
 from limitmason.errors import InputError, NotApplicable
@@ -133,7 +133,8 @@ def pushover(
     stiffness : kn, or (kn, ks), of every joint [Pa/m]; by default that of the joints, else the DEM's default
     steps : see :class:`Steps`
     start : curve whose last state is gone on from, for the same model, contact points and dead load; its live load must
-        be the same up to a factor, which may be negative. ``to`` counts from the state under dead load, as before
+        be the same up to a factor, which may be negative, unless that state bears none, as of ``to=0``. ``to`` counts
+        from the state under dead load, as before
     initial : prediction of limit analysis on the same points, with whose joint forces the path begins, at its
         multiplier in the reference pose and along its mechanism: joints misfit by what their springs need for these
         forces. The way to states that no path from the unstressed structure reaches; see :mod:`.initial_gaps`
@@ -174,7 +175,7 @@ def pushover(
     samples, the second a jump with its energy in ``curve.breaks``. The load then often recovers: with such joints
     ``to=None`` ends where a fifth of the largest load is lost, to ``steps.peak``.
     """
-    begun, say = time.perf_counter(), progress or (lambda _: None)
+    begun, say = time.perf_counter(), listener("progress", progress, "a line of text") or (lambda _: None)
     # what is refused first; then the model as it is followed, its points and springs, its equations, and the path
     refuse(assembly)
     refuse_other_classes(steps, start, initial)
@@ -223,11 +224,14 @@ def pushover(
         nodes = begun_with(generations.systems[0], initial, to, ratio, steps or Steps())
     if not nodes:
         return _falls(generations, warnings)
+    if initial is None and start is None and moving is None:
+        refuse_undriven(generations.systems[0], nodes[0], control)
     if settles:
         return certified_curve(generations, nodes, origin, PathEnd.REACHED, warnings + too_stiff, unit=None)
     end, begins = None if to is None else generations.systems[0].controlled(origin) + to, nodes[-1].control
     status, said = path.follow(generations, nodes, end, ratio, steps or Steps(), say, loading=moving is None)
     warnings += said + too_stiff + landed_warnings(generations, nodes)
+    warnings += turns_back(control, loads) if status == PathEnd.STOPPED else []
     if initial is None:
         standard = contact_model is None and grid is None
         warnings += followed_warnings(generations, nodes, contact_model, standard, named=bool(named.any()))

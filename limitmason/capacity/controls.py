@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from limitmason.arrays import Array
+from limitmason.capacity.step_equilibrium import Node
+from limitmason.capacity.system import System
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -125,3 +127,35 @@ def control_row(assembly: Assembly, control: Any, basis: Array, free: NDArray, l
         raise InputError(f"control: block {control[0]!r} does not move along {control[1]!r}")
     # the load that pushes a block down grows while its z falls
     return row, -total if float((row * live).sum()) < 0.0 else total
+
+
+def refuse_undriven(system: System, first: Node, control: Any) -> None:
+    """Refuse the control of a block which the live load does not move in the first state of a path.
+
+    Parameters
+    ----------
+    system, first : equations of the path, and its state under dead load
+    control : "live", or (block, axis), as :func:`as_one_assembly` returns it
+    """
+    if isinstance(control, str) or system.driven(system.evaluate(first.pose, first.history, first.multiplier)):
+        return
+    raise InputError(
+        f"control: the live load does not move block {control[0]!r} along {control[1]!r}: give an axis along which it "
+        "does, or leave control out"
+    )
+
+
+def turns_back(control: Any, loads: Loads) -> list[str]:
+    """A note on a path that stopped: the centroids may turn back while the loads, beside them, go on.
+
+    Parameters
+    ----------
+    control : "live", or (block, axis), as :func:`as_one_assembly` returns it
+    loads : of the path
+    """
+    if not isinstance(control, str) or not loads.live_arms.any():
+        return []
+    return [
+        "the live loads act beside the centroids, whose displacement along them is the control: it turns back where "
+        "blocks rock and lift their centroids; give control=(block, axis) of a block that goes on"
+    ]

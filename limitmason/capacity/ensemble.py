@@ -20,7 +20,7 @@ from limitmason.capacity.contacts import points_of_path
 from limitmason.capacity.controls import as_one_assembly, control_row, with_moving_support
 from limitmason.capacity.refusals import refuse
 from limitmason.capacity.result import PushoverCurve
-from limitmason.checks import count, positive
+from limitmason.checks import count, listener, positive
 from limitmason.deformable.levels import RIGID
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import aligned
@@ -148,6 +148,7 @@ def imperfection_ensemble(
     for name in ("to", "gaps", "start"):
         if name in settings:
             raise InputError(f"{name} is chosen by the ensemble: leave it out")
+    listener("progress", progress, "a line of text")
     refuse(assembly)
     size = float(np.median(np.cbrt(assembly.arrays.volume[~assembly.fixed])))
     reach = GOES_ON * thickness(assembly)

@@ -42,7 +42,7 @@ def begin(
     InputError
         For a start of another model; the message names what differs.
     NotApplicable
-        For a start with other live loads.
+        For a start with other live loads in its last state.
     """
     now = new.structures[0]
     if start is None:
@@ -71,11 +71,12 @@ def begin(
         raise InputError(f"start is a curve of another model: {differs}; a state goes on under its own model only")
     old, live = before.loads.rows("live"), now.loads.rows("live")
     factor = float((old * live).sum() / (live * live).sum())
-    if not np.allclose(old, factor * live, rtol=0.0, atol=_SAME * np.abs(old).max()):
+    last = start.nodes[-1]
+    # a state under dead load alone, as of to=0, bears no live load that could differ
+    if last.multiplier and not np.allclose(old, factor * live, rtol=0.0, atol=_SAME * np.abs(old).max()):
         raise NotApplicable("start: the live load may change by a factor only; other live loads are not followed")
     # the live load of the old path is ``factor`` times that of the new one, in which the multiplier is to count
     generations = Generations(new.shapes, new.make, [s._replace(loads=now.loads) for s in start.generations.structures])
-    last = start.nodes[-1]
     first = last._replace(
         multiplier=factor * last.multiplier, control=new.systems[0].controlled(last.pose), programs=0, iterations=0,
         jump=False,

@@ -35,6 +35,9 @@ from limitmason.capacity.ties import Pulled, pull, stiffness
 from limitmason.mechanics.tie_springs import NO_TIES, TieSprings
 from limitmason.multifrontal.unsymmetric import UnsymmetricFronts
 
+_STILL = 1e-9
+"""Displacement of the control over the largest motion, in own units, up to which it is rounding [-]."""
+
 
 class Evaluated(NamedTuple):
     """A pose with the stresses that the law gives there, wrenches, and the unbalance at a multiplier, in own units."""
@@ -279,6 +282,14 @@ class System:
         except RuntimeError:
             return None
         return step if np.isfinite(step).all() else None
+
+    def driven(self, at: Evaluated) -> bool:
+        """Whether a little live load moves the control at ``at``, True where the tangent is singular."""
+        try:
+            motion = self.bordered(at, "multiplier").solve(np.append(np.zeros(self.order), 1.0))[:-1]
+        except RuntimeError:
+            return True
+        return not abs(float(self.control_own @ motion)) <= _STILL * float(np.abs(motion).max(initial=0.0))
 
     def sense(self, at: Evaluated, prescribed: str) -> int:
         """Sign of the determinant of the bordered tangent at ``at``, or 0 where it is singular.

@@ -17,8 +17,7 @@ Direction = tuple[float, float, float]
 def turned(loads: Loads, case: str, rotation: Array) -> dict[str, Any]:
     """Dead or live loads whose forces turn about their points of application.
 
-    Free couples turn along. A force whose moment is not told by its arms acts at the point of its line nearest the
-    centroid.
+    Couples turn along: that is what a moment is that the arms do not tell, as ``Loads`` says.
 
     Parameters
     ----------
@@ -32,22 +31,11 @@ def turned(loads: Loads, case: str, rotation: Array) -> dict[str, Any]:
     """
     # arms: sum of r f^T over the forces of each block, r from its centroid [N m], shape (n, 3, 3); axial(arms) is r x f
     wrench, arms = getattr(loads, case), getattr(loads, f"{case}_arms")
-    # the moment that the arms do not tell: of a force at the nearest point of its line, and a free couple
-    force, untold = wrench[:, :3], wrench[:, 3:] - axial(arms)
-    arm = _arm(force, untold)
-    couple = untold - np.cross(arm, force)
-    new, arms = force @ rotation.T, arms @ rotation.T
-    moment = axial(arms) + np.cross(arm, new) + couple @ rotation.T
-    return {case: np.hstack([new, moment]), f"{case}_arms": arms}
-
-
-def _arm(force: Array, moment: Array) -> Array:
-    """Arm from the centroid to the line of action of each force [m], shape (n, 3).
-
-    It is F x M / |F|^2, and zero where there is no force. What the moment [N m] has along the force no arm explains.
-    """
-    square = (force**2).sum(axis=1, keepdims=True)
-    return np.divide(np.cross(force, moment), square, out=np.zeros_like(force), where=square > 0)
+    couple = wrench[:, 3:] - axial(arms)
+    arms = arms @ rotation.T
+    return {
+        case: np.hstack([wrench[:, :3] @ rotation.T, axial(arms) + couple @ rotation.T]), f"{case}_arms": arms,
+    }
 
 
 def self_weight(assembly: Assembly) -> Array:
@@ -107,8 +95,7 @@ def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLik
     """Loads of an assembly whose blocks changed their weight and size.
 
     Self weight, and the live load in proportion to it that most blocks share, follow the new weights. All other forces
-    stay; their points of application move with the size. A moment that the arms do not explain is that of the whole
-    force of its block, at the arm F x M / |F|^2. What no arm explains is a couple, and stays.
+    stay; their points of application move with the size. A moment that the arms do not explain is a couple, and stays.
 
     Parameters
     ----------
@@ -124,13 +111,8 @@ def rescaled_loads(old: Assembly, new: Assembly, loads: Loads, factors: ArrayLik
         body = np.zeros_like(wrench)
         body[:, :3] = old.weights[:, None] * per_weight
         rest = _beyond_rounding(wrench - body, wrench)
-        # all but body forces
-        force, moment = rest[:, :3], rest[:, 3:]
         # arms grow with the size of the block, and with them the moments
-        further = np.asarray(factors) - 1.0
-        # growth [m] of the arm of the force, by the moment that ``arms`` does not explain; 0 of a pure couple
-        more = _arm(force, moment - axial(arms)) * further
-        rest = np.hstack([force, moment + axial(further[:, None] * arms) + np.cross(more, force)])
+        rest[:, 3:] += axial((np.asarray(factors) - 1.0)[:, None] * arms)
         out[f"{case}_arms"] = arms * np.asarray(factors)[:, None]
         rest[:, :3] += new.weights[:, None] * per_weight
         out[case] = rest

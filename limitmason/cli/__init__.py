@@ -16,10 +16,7 @@ from limitmason.cli.console import refuse_same_file, say
 from limitmason.cli.parser import command_parser
 from limitmason.display.progress import reached, show_progress, task
 from limitmason.errors import InputError, NotApplicable, NotConverged
-from limitmason.storage.interrupts import handed_on
-
-_INTERRUPTED = 130
-"""Exit status of what an interrupt ended: 128 and the number of the signal, as shells have it."""
+from limitmason.storage.interrupts import INTERRUPTED, handed_on
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -52,7 +49,7 @@ def _run(options: argparse.Namespace) -> int:
             return options.run(options)
     except KeyboardInterrupt:
         say("interrupted")
-        return _INTERRUPTED
+        return INTERRUPTED
     except BrokenPipeError:  # who reads the output has enough of it, as `head` does
         return 0
     except (InputError, NotApplicable, NotConverged, TypeError, KeyError, OSError, ImportError, UnicodeError) as error:

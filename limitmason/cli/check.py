@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import warnings
-from pathlib import Path
 
 import limitmason as lm
 from limitmason.cli import console
 from limitmason.model import Assembly, ContactError, ContactWarning, PlausibilityWarning
+from limitmason.storage.files import named_path
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -43,9 +43,9 @@ def _check(options: argparse.Namespace) -> int:
             assembly, title = _loaded(options)
         except ContactError as error:
             # the report says what is wrong, and about which blocks
-            assembly, title = error.assembly, Path(options.target).stem
+            assembly, title = error.assembly, named_path(options.target).stem
             said.append(str(error))
-    path = Path(options.target)
+    path = named_path(options.target)
     report = assembly.contact_report(distance=options.distance, angle_deg=options.angle)
     undecided = options.gap is None and options.mortar is None and options.tolerance is None
     if path.suffix.lower() in lm.formats.PLANE_DRAWINGS and undecided and (report.floating or report.overlaps):
@@ -77,7 +77,7 @@ def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
 
     Options of drawings are refused for other targets.
     """
-    path = Path(options.target)
+    path = named_path(options.target)
     if path.suffix.lower() not in lm.formats.DRAWINGS:
         console.refuse(options, ("tolerance", *console.DRAWING), "by a model or an experiment, which holds its own")
         subject = console.read_target(options.target, needs_live_load=False)

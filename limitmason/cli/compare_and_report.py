@@ -13,6 +13,7 @@ import limitmason as lm
 from limitmason.cli import console
 from limitmason.errors import InputError
 from limitmason.methods import COMPARED_METHODS, DEM, available_methods, get_method
+from limitmason.storage.files import named_path
 
 
 def add_commands(commands: argparse._SubParsersAction) -> None:
@@ -23,7 +24,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     )
     compare.add_argument("--measured", type=float, nargs="+", metavar="LAMBDA",
                          help="multiplier of the test: one value, low and high, or low, value and high")
-    compare.add_argument("--store", type=Path, metavar="FOLDER", help="keep answers here and go on after a kill")
+    compare.add_argument("--store", type=named_path, metavar="FOLDER", help="keep answers here and go on after a kill")
     compare.add_argument("--figure", type=console.figure_file, metavar="FILE", help="draw them (.png, .pdf, .svg)")
     compare.add_argument("--points", type=int, nargs=2, metavar=("ALONG", "ACROSS"),
                          help="contact points of the DEM; default: 4 8")

@@ -20,7 +20,7 @@ from limitmason.methods import LIMIT, NON_ASSOCIATIVE, available_methods, get_me
 from limitmason.model.assembly import Assembly, ContactError
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
-from limitmason.storage.files import save_figure
+from limitmason.storage.files import named_path, save_figure
 
 _NAMED = 20
 """So many falling blocks are named; a figure shows the rest."""
@@ -86,7 +86,7 @@ def say_what(title: str, assembly: Assembly, loads: Loads | None = None) -> None
 
 def figure_file(text: str) -> Path:
     """A path that a figure can be written to, checked before an analysis begins."""
-    path = Path(text)
+    path = named_path(text)
     if path.suffix.lower() not in (".png", ".pdf", ".svg"):
         raise argparse.ArgumentTypeError(f"{text!r} must end in .png, .pdf or .svg")
     return writable(text)
@@ -94,7 +94,7 @@ def figure_file(text: str) -> Path:
 
 def writable(text: str) -> Path:
     """A path of a file in a folder that exists, checked before an analysis begins."""
-    path = Path(text)
+    path = named_path(text)
     if path.is_dir():
         raise argparse.ArgumentTypeError(f"{text!r} is a folder: name a file")
     return in_a_folder(text)
@@ -102,7 +102,7 @@ def writable(text: str) -> Path:
 
 def in_a_folder(text: str) -> Path:
     """A path in a folder that exists, checked before an analysis begins."""
-    path = Path(text)
+    path = named_path(text)
     if not path.parent.is_dir():
         raise argparse.ArgumentTypeError(f"there is no folder {str(path.parent)!r}: make it first")
     return path
@@ -143,7 +143,7 @@ def read_target(target: str, drawing: argparse.Namespace | None = None, *, needs
     drawing : options of the command, where it takes those of :func:`drawing_options`; None where it takes no drawing
     needs_live_load : refuse a model file without a live load
     """
-    path = Path(target)
+    path = named_path(target)
     if path.exists() or path.suffix.lower() in (".json", *DRAWING_FILES):
         if path.suffix.lower() in lm.formats.DRAWINGS:
             return _drawing(path, drawing)
@@ -336,7 +336,7 @@ def refuse_same_file(options: argparse.Namespace) -> None:
 
     ``options`` are those of the command, checked before anything is read.
     """
-    taken = {Path(options.target).resolve(): "the target"} if getattr(options, "target", None) else {}
+    taken = {named_path(options.target).resolve(): "the target"} if getattr(options, "target", None) else {}
     for name, value in vars(options).items():
         if isinstance(value, Path) and name not in ("data", "pool"):
             shown, file = f"--{name.replace('_', '-')}", value.resolve()

@@ -15,6 +15,7 @@ import limitmason as lm
 from limitmason.cli import console
 from limitmason.errors import InputError
 from limitmason.experiments.series import cases_of, series_of, write_template
+from limitmason.storage.files import named_path
 
 ABOUT = """\
 Hold a simulation against measured values and say which listed cause explains the difference, or that none does, or that
@@ -45,12 +46,12 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
         commands, "diagnose", _diagnose, help="what a simulation gets wrong on measured data, and why",
         description=ABOUT, formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    asked.add_argument("data", nargs="?", type=Path, metavar="DATA", help="CSV file or folder; see above")
+    asked.add_argument("data", nargs="?", type=named_path, metavar="DATA", help="CSV file or folder; see above")
     asked.add_argument("--model", metavar="NAME", help="packaged series, or module:function, or file.py:function")
     asked.add_argument("--predicted", metavar="COLUMN", help="column with predictions; default: 'predicted'")
     asked.add_argument("--template", type=console.in_a_folder, metavar="FILE", help="write a data file to start from "
                        "(with --model SERIES that series) and stop")
-    asked.add_argument("--out", type=Path, metavar="DIR", help="default: diagnosis")
+    asked.add_argument("--out", type=named_path, metavar="DIR", help="default: diagnosis")
     asked.add_argument("--title", help="of the report; default: the file's name")
     table = asked.add_argument_group("columns")
     table.add_argument("--measured", metavar="COLUMN", help="measured values; default: 'measured'")
@@ -80,7 +81,7 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     run.add_argument("--jobs", type=int, help="processes for the simulations; default: 1")
     run.add_argument("--fresh", action="store_true", help="forget the simulated values in DIR; they are kept there, so "
                      "that a run goes on after a kill")
-    run.add_argument("--pool", type=Path, metavar="CSV", help="specimens that could be tested next; default: "
+    run.add_argument("--pool", type=named_path, metavar="CSV", help="specimens that could be tested next; default: "
                      "repeats of those in the file")
     run.add_argument("--next", type=int, metavar="K", help="number of next tests; default: 4")
     run.add_argument("--rehearse", type=int, metavar="N", help="blind trials on this design")
@@ -259,7 +260,7 @@ def load_object(text: str, what: str) -> Any:
     module, _, name = text.rpartition(":")
     if not module or not name:
         raise InputError(f"{what} {text}: give module:name or file.py:name")
-    path = Path(module)
+    path = named_path(module)
     is_file = path.suffix == ".py"
     folder = str(path.resolve().parent if is_file else Path.cwd())
     if is_file and not path.exists():
@@ -291,7 +292,7 @@ def _imported(module: str, name: str, typed: str) -> Any:
     """
     from limitmason.diagnosis.simulator_calls import note_user_code
 
-    path = Path(module)
+    path = named_path(module)
     is_file = path.suffix == ".py"
     try:
         found = import_module(path.stem if is_file else module)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from pathlib import Path
 from typing import Any
 
 import limitmason as lm
@@ -15,6 +14,7 @@ from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.stages import Drive
 from limitmason.storage.csv_table import write_table
+from limitmason.storage.files import named_path
 
 _BASIS = slice(3, 6)
 """Lines in the text of a curve that say what it rests on: blocks, joints and speed, where a first failure is told."""
@@ -89,7 +89,7 @@ def _target(options: argparse.Namespace) -> tuple[Experiment | None, Assembly, L
     The target is typed in ``options``.
     """
     source, slash, specimen = options.target.partition("/")
-    path = Path(options.target)
+    path = named_path(options.target)
     if slash and not path.exists() and path.suffix.lower() not in (".json", *console.DRAWING_FILES):
         console.refuse(options, console.DRAWING, "by an experiment, which holds its own")
         test = lm.experiments.load(source, specimen, **_chosen(options.option))

@@ -160,10 +160,22 @@ class FloorSpectrum:
         ]
 
     def acceleration(self, period: float, damping: float = 0.05) -> float:
-        """SeZ(T) at a period [s] and damping [-], not below Se(T) beyond the first period [m/s2]."""
+        """SeZ(T) at a period [s] and damping [-], not below Se(T) beyond the first period [m/s2].
+
+        Raises
+        ------
+        InputError
+            Where 1.1 eta(damping) / sqrt(xi_k) is below 1: the formula then has a pole above the period of a mode.
+        """
         period = not_negative("period [s]", period)
         # C7.2.6 and C7.2.8: factors 1.1, 0.8 and exponents 1.6, 1.2 are those of the text
         resonance = 1.1 * self.damping**-0.5 * damping_factor(damping)
+        if resonance < 1.0:
+            raise InputError(
+                f"floor spectrum: C7.2.6 holds where resonance amplifies; with a damping of {self.damping:.3g} in the "
+                f"building and {damping:.3g} in what stands there, 1.1 eta / sqrt(xi) is {resonance:.2f}: give a "
+                f"damping of the building up to {min((1.1 * damping_factor(damping)) ** 2, 1.0):.2f}"
+            )
         total = 0.0
         for t, peak in zip(self.periods, self.peaks(), strict=True):
             # resonance is whole from 0.8 to 1.1 of the period of the mode, and falls off on both sides

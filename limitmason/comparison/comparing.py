@@ -12,7 +12,7 @@ from typing import Any
 
 from limitmason.answers.references import LIMITMASON, Citation
 from limitmason.answers.results import Bound, Prediction
-from limitmason.checks import finite, several
+from limitmason.checks import finite, listener, several
 from limitmason.comparison.findings import HOLDS, Answers
 from limitmason.comparison.rows import Row
 from limitmason.display.notebook import Displayed
@@ -231,7 +231,7 @@ def compare(
         raise InputError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")
     test = measured_range(measured)
     memo = None if store is None else Memo(named_path(store) / ANSWERS, kind=dict)
-    say = progress or (lambda _: None)
+    say = listener("progress", progress, "a line of text") or (lambda _: None)
     keys: list[list[str]] = []
     for method in methods:
         # without a store there is nothing to identify, and options may be any objects

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from limitmason.answers.results import FlowRule
-from limitmason.checks import choice, instance, several
+from limitmason.checks import choice, instance, listener, several
 from limitmason.comparison.rows import NAN, Row
 from limitmason.display.progress import reached, watched
 from limitmason.display.text_table import abridged, aligned
@@ -201,6 +201,7 @@ def table(
     wanted = _quantities(quantities, cases)
     if "kinds" in arguments and not isinstance(arguments["kinds"], str):
         arguments["kinds"] = tuple(arguments["kinds"])  # those of an iterator are for every experiment
+    listener("progress", progress, "a line of text")
     rows: list[Row] = []
     for k, case in enumerate(cases, 1):
         reached((k - 1) / len(cases), case.specimen, share=1.0 / len(cases))

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from limitmason.answers.results import Prediction
-from limitmason.checks import choice, several
+from limitmason.checks import choice, listener, several
 from limitmason.comparison.wall_curves import wall_curve
 from limitmason.comparison.wall_modes import mode_inside, rocking_force
 from limitmason.display.progress import reached, watched
@@ -132,6 +132,7 @@ def predict_walls(
     taken as independent. Wall 97 has no shear span: its status says so, unless the option gives one.
     """
     choice("method", method, LADDER)
+    listener("progress", progress, "a line of text")
     if method == "formulas" and options:
         raise InputError(f"options: the formulas have no assembly, and no {', '.join(options)}")
     if walls is None:

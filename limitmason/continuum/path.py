@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.checks import instance, positive
+from limitmason.checks import instance, listener, positive
 from limitmason.continuum.equilibrium import NEWTON, EquilibriumState, Solver
 from limitmason.continuum.excess_crack_energy import crack_energy
 from limitmason.continuum.first_to_crack import EqualBricks
@@ -102,10 +102,8 @@ def push(
     alone, with less. The curve warns where its cracks took 3 % more or less than single ones of their openings would,
     see :class:`limitmason.continuum.excess_crack_energy.CrackEnergy`.
     """
-    begun, say = time.perf_counter(), progress or (lambda _: None)
+    begun, say = time.perf_counter(), listener("progress", progress, "a line of text") or (lambda _: None)
     instance("model", model, Continuum)
-    if progress is not None and not callable(progress):
-        raise InputError(f"progress must be a function of a line of text, got {progress!r}")
     if not isinstance(control, tuple | list) or len(control) != 2:
         raise InputError(f"control must be a point [m] and a direction, got {control!r}")
     point, direction = read_vector("point of control", control[0]), read_vector("direction of control", control[1])

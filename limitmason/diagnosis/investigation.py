@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from limitmason.checks import count
+from limitmason.checks import count, listener
 from limitmason.diagnosis.error_rates import Rehearsal
 from limitmason.diagnosis.inference.next_tests import NextTests
 from limitmason.diagnosis.report import Diagnosis
@@ -78,7 +78,7 @@ def investigate(
     """
     next_tests, rehearse, missing = (count(name, n, least=0) for name, n in (
         ("next_tests", next_tests), ("rehearse", rehearse), ("missing", missing)))
-    say = progress or (lambda line: None)
+    say = listener("progress", progress, "a line of text") or (lambda line: None)
     rows: Sequence[Any] = study.specimens
     if isinstance(pool, (str, Path, MeasuredTable)):
         rows = pool_rows(pool, study.covariates, study.simulate)

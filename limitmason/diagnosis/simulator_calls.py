@@ -14,6 +14,7 @@ import numpy as np
 from limitmason.causes.cause import Cause, Extension
 from limitmason.display.progress import reached, task
 from limitmason.errors import InputError
+from limitmason.storage.files import named_path
 from limitmason.study.memo import Memo
 from limitmason.study.run_fingerprint import fingerprint, fingerprint_of_code
 from limitmason.study.workers import run_points
@@ -102,7 +103,7 @@ class Simulator:
         self.specimens = list(specimens)
         self.needed = dict(needed or {"value": True})
         self.asked = asked
-        self.cache = None if cache is None else Path(cache)
+        self.cache = None if cache is None else named_path(cache)
         self.n_jobs = n_jobs
         self.version = version
         self.calls = 0

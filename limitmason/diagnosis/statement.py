@@ -89,6 +89,12 @@ class Statement(ReadOnly):
         # several values of one specimen are left out together, unless groups say otherwise
         several = rows.several and len(specimens) > 1
         groups = self.groups if self.groups is not None or not several else list(range(len(specimens)))
+        spread = None if groups is None else rows.spread_out("groups", groups, len(specimens))
+        if spread is not None and len(set(spread)) == 1:
+            raise InputError(
+                f"groups has the one label {spread[0]!r}, without which nothing is left to predict from: give labels "
+                "that differ, one for each configuration, or leave groups out"
+            )
         fixed: dict[str, Any] = {
             "specimens": specimens,
             "rows": rows,
@@ -98,7 +104,7 @@ class Statement(ReadOnly):
             "covariates": covariates,
             "columns": rows.columns(covariates, [called(specimens[i], i) for i in rows.of]),
             "shared": None if self.shared is None else tuple(self.shared),
-            "groups": None if groups is None else rows.spread_out("groups", groups, len(specimens)),
+            "groups": spread,
             "nuisance": nuisance,
         }
         for name, value in fixed.items():

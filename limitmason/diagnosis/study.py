@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.causes.cause import Cause, check_causes
-from limitmason.checks import choice, count, instance
+from limitmason.checks import choice, count, instance, listener
 from limitmason.diagnosis.cause_tables import ASSUMED_NOISE, PoolGrids
 from limitmason.diagnosis.error_rates import Rehearsal, planted, rehearse
 from limitmason.diagnosis.inference.design import Design
@@ -325,6 +325,7 @@ class Study(Statement):
         progress : told after each trial in a line what was hidden and what was found
         """
         n = count("n", n, least=0)
+        listener("progress", progress, "a line of text")
         causes, rule = self._listed(causes), instance("rule", rule or Rule(), Rule)
         rule = replace(rule, screen=True)  # no p of a hopeless cause is wanted
         if hide is None:

@@ -35,6 +35,7 @@ from limitmason.diagnosis.simulate import MODAL_TEST
 from limitmason.diagnosis.study_from_table import BATCHES, LEVELS, About, version_of
 from limitmason.errors import InputError
 from limitmason.experiments.series import copy_template
+from limitmason.storage.files import named_path
 from limitmason.storage.measured_table import MeasuredTable, read_measured
 from limitmason.vibration import ModalTest
 
@@ -77,7 +78,7 @@ def folder_arguments(
     InputError
         For files, rows, columns or units that are missing or do not go together.
     """
-    folder = Path(folder)
+    folder = named_path(folder)
     if not folder.is_dir():
         raise InputError(f"{folder} is no folder")
     for name in (SPECIMENS, MEASURED, QUANTITIES, *(() if model is not None else (PREDICTED,))):
@@ -270,7 +271,7 @@ def write_folder(folder: str | Path) -> Path:
     InputError
         Where a file stands in the way.
     """
-    folder = Path(folder)
+    folder = named_path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for name in (SPECIMENS, MEASURED, PREDICTED, QUANTITIES):
         copy_template(name, folder / name)

@@ -117,6 +117,7 @@ class TableStudy:
             raise InputError("towards goes with predicted: it leads from one column of predictions to another")
         title = Path(self.data.name).stem if self.table is not None else str(self.series)
         quantity = "value" if self.measured == "measured" else self.measured
+        wanted = self.group is not None and self.noise != "replicates"  # groups to be left out, even a single one
         papers = () if self.inside is None or tabulated else self._felt_by.references
         return {
             "specimens": self.data.rows,
@@ -125,7 +126,7 @@ class TableStudy:
             "noise": self._noise(),
             "nuisance": dict(self.inputs),
             "covariates": self.kept,
-            "groups": self.groups,
+            "groups": None if len(set(self.groups or ())) == 1 and not wanted else self.groups,
             "shared": self.shared,
             "levels": LEVELS[tabulated] if self.levels is None else self.levels,
             "version": version_of(simulate),

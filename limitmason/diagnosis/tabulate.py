@@ -294,9 +294,13 @@ class Tabulator:
 
         x = np.array(sorted({v for a, b in pairwise(ends) for v in (a, middle_of(a, b), b)}))
         y = called(x)
-        # to be halved: both ends, and the error expected within [noise], half of what the curve missed there before
-        intervals = [(a, b, 0.0) for a, b in pairwise(x)]
-        worst = 0.0
+        # to be halved: both ends, and the error expected within [noise], half of what the curve missed there before; at
+        # first by the curve through baseline and bounds alone, which is all that five sizes tell of two sides
+        inner = np.setdiff1d(np.arange(len(x)), known := np.searchsorted(x, ends))
+        missed = np.abs(between_sizes(cause, x[known], y[known])(x[inner]) - y[inner]) / self.noise
+        expected = np.repeat(0.5 * missed.max(axis=1), 2).tolist()
+        intervals = [(a, b, m) for (a, b), m in zip(pairwise(x), expected, strict=True)]
+        worst = max(expected)
         while intervals and len(x) < most:
             room = most - len(x)
             halved, waiting = intervals[:room], intervals[room:]

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from limitmason.arrays import Array
-from limitmason.checks import finite, instance, numbers, positive
+from limitmason.checks import instance, numbers, positive
 from limitmason.continuum import Continuum
 from limitmason.errors import InputError
 from limitmason.figures import style
@@ -75,9 +75,10 @@ def solid_map(
     page = style.Page(high - low, ax, framed=False, beside=0.0 if per_brick is None else _BAR)
     norm = None
     if per_brick is not None:
-        bottom, top = (float(per_brick.min()), float(per_brick.max())) if limits is None else limits
-        if not finite("lowest of limits", bottom) <= finite("highest of limits", top):
-            raise InputError(f"limits are (lowest, highest), got {limits!r}")
+        ends = numbers("limits", (per_brick.min(), per_brick.max()) if limits is None else limits)
+        if ends.shape != (2,) or not np.isfinite(ends).all() or ends[0] > ends[1]:
+            raise InputError(f"limits are two finite numbers, (lowest, highest), got {limits!r}")
+        bottom, top = map(float, ends)
         if top - bottom <= _EQUAL * max(abs(bottom), abs(top)):  # one colour, at the lower end of a bar with numbers
             top = bottom + max(0.1 * abs(bottom), _EQUAL)
         norm = Normalize(bottom, top)

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from limitmason.arrays import Array
-from limitmason.checks import instance, positive
+from limitmason.checks import instance, positive, several
 from limitmason.errors import InputError
 from limitmason.figures import style
 from limitmason.figures.continuum import solid_map
@@ -97,6 +97,8 @@ def mac_matrix(
     names : of the two models, rows and columns
     title, caption : heading and the small text under it
     """
+    if len(words := several("names", names, str)) != 2:
+        raise InputError(f"names are two, of the models of the rows and of the columns, got {names!r}")
     k, l = instance("mac", mac, Mac, "of lm.mac").values.shape  # noqa: E741
     left, foot = 1.05, 0.62  # inches, as all lengths here: room for the names of rows and columns
     cell = min(0.52, (style.page_width() - left - 0.2) / l)  # chosen: two decimals fit in it
@@ -119,8 +121,8 @@ def mac_matrix(
     ax.set(xlim=(0, l), ylim=(k, 0))
     ax.set_xticks(np.arange(l) + 0.5, _ticks(mac.frequency_b), fontsize=6.5)
     ax.set_yticks(np.arange(k) + 0.5, _ticks(mac.frequency_a), fontsize=6.5)
-    ax.set_xlabel(names[1], fontsize=7.5)
-    ax.set_ylabel(names[0], fontsize=7.5)
+    ax.set_xlabel(words[1], fontsize=7.5)
+    ax.set_ylabel(words[0], fontsize=7.5)
     ax.tick_params(length=0)
     ax.spines[:].set_visible(False)
     heading.put(figure)

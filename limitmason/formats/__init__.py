@@ -66,7 +66,7 @@ def read(path: str | Path, **options: Any) -> Model | Solids | Outlines:
     reader = _READERS[suffix]
     taken = [name for name, p in signature(reader).parameters.items() if p.kind is not p.VAR_KEYWORD][1:]
     if unknown := sorted(options.keys() - set(taken)):
-        known = f"options: {', '.join(taken)}" if taken else "it has no options"
+        known = f"options: {', '.join(taken)}" if taken else "it has no options, leave it out"
         raise InputError(f"{path}: a {suffix} file is not read with {unknown[0]!r}; {known}")
     return reader(path, **options)
 
@@ -90,7 +90,7 @@ def write(
     """
     if not isinstance(path, str | Path):
         raise InputError(f"path must be the name of a file, got {type(path).__name__}: write(path, assembly)")
-    suffix = Path(path).suffix.lower()
+    suffix = named_path(path).suffix.lower()
     if suffix not in _WRITERS:
         raise InputError(f"{path}: cannot write {suffix or 'a file without suffix'}; known: {', '.join(_WRITERS)}")
     if suffix == ".json":

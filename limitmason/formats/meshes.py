@@ -22,7 +22,7 @@ from limitmason.formats.obj import Solids
 from limitmason.geometry import Solid
 from limitmason.geometry.shells import Shell, bodies_of_triangles, with_hollows
 from limitmason.model.plausibility import warn
-from limitmason.storage.files import needed
+from limitmason.storage.files import named_path, needed
 
 MESHES = (".ply", ".stl", ".obj", ".off")
 _TURNS = {"x": ([1, 2, 0], [1, 1, 1]), "y": ([0, 2, 1], [1, -1, 1]), "z": ([0, 1, 2], [1, 1, 1])}
@@ -186,7 +186,7 @@ def _files(path: str | Path | Sequence[str | Path]) -> Iterator[tuple[str, str, 
     ----------
     path : a file, a folder, a .zip, or a list of files, whose order stays
     """
-    several = [Path(p) for p in path] if isinstance(path, (list, tuple)) else [Path(str(path))]
+    several = [named_path(p) for p in (path if isinstance(path, (list, tuple)) else [path])]
     if len(several) == 1 and several[0].suffix.lower() == ".zip":
         try:
             with zipfile.ZipFile(several[0]) as archive:

@@ -21,6 +21,7 @@ from limitmason.limit.settlement import (
     refuse_other_options,
 )
 from limitmason.model.assembly import Assembly
+from limitmason.model.contact_warnings import loose_blocks
 from limitmason.model.input import read_vector
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
@@ -93,8 +94,8 @@ def thrust(
     Raises
     ------
     InputError
-        For a joint that does not exist or is named twice, a support that is not held, live loads, another option, and
-        where no direction follows.
+        For a joint that does not exist or is named twice, joints that alone bear what is on one side of them, a support
+        that is not held, live loads, another option, and where no direction follows.
 
     Notes
     -----
@@ -114,6 +115,7 @@ def thrust(
         if len(set(names)) < len(names):
             raise InputError(f"cut: a joint is named twice in {', '.join(names)}")
         joints = [k for name in names for k in _joints(assembly, name)]
+        _refuse_sole_bearing(assembly, joints, loads)
         first, second = ([getattr(assembly.interfaces[k], f"block_{s}") for k in joints] for s in "ab")
         between = assembly.centroids[second].mean(axis=0) - assembly.centroids[first].mean(axis=0)
     else:
@@ -151,6 +153,18 @@ def _joints(assembly: Assembly, name: str) -> list[int]:
         near = [n for n in assembly.joint_names if str(name).partition("|")[0] in n.split("|")][:3]  # a few examples
         raise InputError(f"cut: there is no joint {name!r}" + (f"; did you mean {', '.join(near)}?" if near else ""))
     return [k for k, known in enumerate(assembly.joint_names) if known == name]
+
+
+def _refuse_sole_bearing(assembly: Assembly, joints: list[int], loads: Loads) -> None:
+    """Refuse a cut through the ``joints`` that alone join blocks to the supports: equilibrium says what passes."""
+    rest = replace(assembly, interfaces=tuple(i for k, i in enumerate(assembly.interfaces) if k not in joints))
+    loose = loose_blocks(rest)
+    if len(loose):
+        force = ", ".join(f"{f:.6g}" for f in loads.dead[loose, :3].sum(axis=0) + 0.0)
+        raise InputError(
+            f"cut: its joints alone bear block {assembly.blocks[loose[0]].name!r} ({len(loose)} such blocks): what "
+            f"passes is the dead load of these, ({force}) N, and has no range; leave out joints, or give support="
+        )
 
 
 def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, options: dict[str, Any]) -> Prediction:

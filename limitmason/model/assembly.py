@@ -36,7 +36,7 @@ from limitmason.model.joint import Joint
 from limitmason.model.material import Material
 from limitmason.model.moved import renumbered, transformed
 from limitmason.model.plausibility import warn_of_blocks, warn_of_tolerance
-from limitmason.model.relaid import with_joint_laws, with_materials
+from limitmason.model.relaid import with_joint_laws, with_materials, with_other_supports
 from limitmason.model.ring_beam import fitted
 from limitmason.model.support import Support
 from limitmason.model.tie import Tie
@@ -238,12 +238,9 @@ class Assembly(Displayed, Blockwork):
         """This assembly with further supports.
 
         A new one for a block replaces the block's old one. Joints keep kind and law. A block that they leave floating
-        is an error.
+        is an error. Where a block that was wholly held may move now, the recipe is dropped.
         """
-        new = several("supports", supports, Support)
-        replaced = {self.block_index(s.block) for s in new}
-        kept = tuple(s for s in self.supports if self.block_index(s.block) not in replaced)
-        assembly = replace(self, supports=kept + new)
+        assembly = with_other_supports(self, several("supports", supports, Support))
         assembly.check_connected()
         return assembly
 
@@ -270,7 +267,8 @@ class Assembly(Displayed, Blockwork):
     ) -> Assembly:
         """This assembly of blocks made of a material.
 
-        A material with a density gives the block that density.
+        A material with a density gives the block that density. The recipe follows, and states none where free units
+        differ.
 
         Parameters
         ----------

@@ -1,19 +1,23 @@
-"""An assembly with other joint laws or materials: its blocks stay where they are."""
+"""An assembly with other joint laws, materials or supports: its blocks stay where they are."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from limitmason.arrays import Flags
 from limitmason.checks import choice, instance
 from limitmason.errors import InputError
+from limitmason.model.block import Block
 from limitmason.model.input import JointChoice, JointTable, read_fixed
 from limitmason.model.interface import Interface
 from limitmason.model.joint import Joint
 from limitmason.model.material import Material
 from limitmason.model.moved import Laid
+from limitmason.model.support import Support
 
+_ORIGIN = ("source", "specimen", "options")  # of a recipe: which experiment it is, whatever it stands on
 _KINDS = {"base", "bed", "crack", "head"}  # of joints that builders make, whether or not the assembly has them
 
 
@@ -109,4 +113,30 @@ def with_materials(
                 f"block {changed[k].name!r} has no density and neither has its material: give Material(density=...)"
             )
         changed[k] = replace(changed[k], material=made_of, density=density)
-    return replace(assembly, blocks=tuple(changed))
+    return replace(assembly, blocks=tuple(changed), recipe=_with_density(assembly, changed))
+
+
+def _with_density(assembly: Laid, changed: Sequence[Block]) -> dict[str, Any]:
+    """The recipe of an assembly whose blocks have changed: its density is that of the free blocks that had it.
+
+    Where these differ now, it states none.
+    """
+    recipe = dict(assembly.recipe)
+    pairs = zip(assembly.blocks, changed, assembly.fixed, strict=True)
+    new = {b.density for a, b, fixed in pairs if not fixed and a.density == recipe.get("density")}
+    if len(new) > 1:
+        del recipe["density"]
+    elif new:
+        recipe["density"] = new.pop()
+    return recipe
+
+
+def with_other_supports(assembly: Laid, supports: Sequence[Support]) -> Laid:
+    """The assembly with further supports, see ``Assembly.with_supports``."""
+    new = {assembly.block_index(s.block): all(s.held) for s in supports}
+    kept = tuple(s for s in assembly.supports if assembly.block_index(s.block) not in new)
+    recipe = assembly.recipe
+    if any(assembly.fixed[k] and not held for k, held in new.items()):
+        # what the builder stood on moves now: its lengths are of a wall on firm ground
+        recipe = {k: v for k, v in recipe.items() if k in _ORIGIN}
+    return replace(assembly, supports=kept + tuple(supports), recipe=recipe)

@@ -47,10 +47,10 @@ def needed(module: str, what: str, extra: str) -> Any:
 
 
 def named_path(path: object) -> Path:
-    """A path, or an error where it is none."""
+    """A path, in which a leading ``~`` is the home folder, or an error where it is none."""
     if not isinstance(path, str | os.PathLike):
         raise InputError(f"path must be the name of a file, got {path!r}")
-    return Path(path)
+    return Path(os.path.expanduser(path))  # a name that is no user's stays as it is
 
 
 @contextmanager
@@ -128,7 +128,7 @@ def write_text(path: str | Path, text: str, *, newline: str | None = None) -> Pa
     """
     with written_whole(path, newline=newline) as file:
         file.write(text)
-    return Path(path)
+    return named_path(path)
 
 
 def save_figure(figure: Any, path: str | Path, *, dpi: float = 200) -> None:
@@ -266,7 +266,7 @@ def read_archive(path: str | Path) -> Archive:
     if not named_path(path).is_file():
         raise InputError(f"there is no file {path}")
     try:
-        with np.load(path, allow_pickle=False) as file:
+        with np.load(named_path(path), allow_pickle=False) as file:
             return Archive(path, {name: file[name] for name in file.files})
     except PermissionError:
         raise

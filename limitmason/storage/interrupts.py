@@ -1,8 +1,15 @@
 """Interrupts from the keyboard by which a run ends early with what it has: what keeps results must hear of them."""
 
+# only what is loaded in no time: the package reads this file before its libraries
+import os
+import sys
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from types import TracebackType
+
+INTERRUPTED = 130
+"""Exit status of what an interrupt ended: 128 and the number of the signal, as shells have it."""
 
 _ended = threading.local()  # ``runs``: how many of this thread an interrupt has ended
 
@@ -29,3 +36,27 @@ def handed_on() -> Iterator[None]:
     finally:
         if getattr(_ended, "runs", 0) != before:
             raise KeyboardInterrupt("it ended a run early")
+
+
+def is_command_line() -> bool:
+    """Whether this process is the command ``limitmason``, or ``python -m limitmason`` that still loads."""
+    name = os.path.basename(sys.argv[0]) if sys.argv else ""
+    return os.path.splitext(name)[0] == "limitmason" or name == "-m"
+
+
+def told_in_one_line() -> None:
+    """Tell an interrupt that nothing has caught by one line and :data:`INTERRUPTED` from here on.
+
+    It is of the whole process: for the command line, whose libraries load before it can catch anything.
+    """
+    others = sys.excepthook
+
+    def tell(kind: type[BaseException], error: BaseException, where: TracebackType | None) -> None:
+        """Tell an error that ends the process."""
+        if not issubclass(kind, KeyboardInterrupt):
+            others(kind, error, where)
+            return
+        sys.stderr.write("interrupted\n")
+        sys.exit(INTERRUPTED)
+
+    sys.excepthook = tell

@@ -13,7 +13,7 @@ import numpy as np
 
 from limitmason.constants import VERSION
 from limitmason.errors import InputError
-from limitmason.storage.files import parsed_json
+from limitmason.storage.files import named_path, parsed_json
 from limitmason.storage.interrupts import handed_on
 from limitmason.study.workers import Unfinished, run_points
 
@@ -59,8 +59,8 @@ class Memo:
         ----------
         path, of, kind : see the class
         """
-        self.path = None if path is None else Path(path)
-        self._file = None if path is None else Path(path).absolute()  # a run may go to another folder
+        self.path = None if path is None else named_path(path)
+        self._file = None if path is None else named_path(path).absolute()  # a run may go to another folder
         self.of, self.kind = of, kind
         self.rows: dict[str, Any] = {}
         if self.path is not None and self.path.is_dir():

@@ -10,7 +10,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any, TypedDict
 
-from limitmason.checks import count
+from limitmason.checks import count, listener
 from limitmason.display.progress import reached, taken_up, watched
 from limitmason.errors import InputError
 from limitmason.study.memo import Memo
@@ -76,6 +76,7 @@ def sweep(
     Exception
         What ``function`` raises; the rows finished before are in the store.
     """
+    listener("progress", progress, "a line of text")
     points = _points(parameters)
     if enough is not None and batch is None:
         raise InputError("enough is asked after every batch of points: give batch= too, 1 to ask after each")

@@ -185,3 +185,17 @@ def test_a_load_that_is_turned_or_whose_block_grows_keeps_its_point():
         exact = lm.Loads.weight(wall_).with_point_load(wall_, "column-1", push, at=place)
         for name in ("live", "live_arms"):
             assert getattr(found, name) == pytest.approx(getattr(exact, name), abs=1e-9)
+
+
+@pytest.mark.exact
+def test_a_moment_without_arms_is_a_couple_for_causes_too():
+    """Causes read it as the force off the centroid: a higher block had a larger moment, a turned load another."""
+    made, _ = block()
+    wrench = np.zeros((made.n_blocks, 6))
+    k = made.block_index("column-1")
+    wrench[k] = (100.0, 0.0, 0.0, 0.0, 30.0, 20.0)
+    loads = lm.Loads(lm.Loads.weight(made).dead, wrench)
+    assert extend("block size", 1.1, (made, loads), axes="z")[1].live[k].tolist() == wrench[k].tolist()
+    turn = rotation_matrices((0.0, -np.deg2rad(10.0), 0.0))
+    found = extend("load direction", 10.0, (made, loads))[1].live[k]
+    assert found == pytest.approx(np.concatenate([turn @ wrench[k, :3], turn @ wrench[k, 3:]]), abs=1e-12)

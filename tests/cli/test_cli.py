@@ -3,6 +3,7 @@
 import argparse
 import csv
 import json
+import os
 import re
 import shlex
 import subprocess
@@ -377,6 +378,39 @@ def test_a_verdict_is_not_asked_of_a_push_the_other_way(tmp_path, capsys):
     status, _, err = run("assess", tmp_path / "wall.json", "--site", 0.15, 2.45, 0.28, "--to", "-1mm", capsys=capsys)
     assert status == 2
     assert "--to must be positive [m], got -0.001" in err
+
+
+def test_a_tilde_is_the_home_folder_in_every_place_of_a_command(tmp_path, monkeypatch, capsys):
+    """A shell leaves it as it is in --output=~/x and between quotes, and a folder of that name was made."""
+    monkeypatch.setenv("HOME", str(tmp_path))
+    run("template", "~/wall.json", capsys=capsys)
+    run("solve", "~/wall.json", "--output=~/answer.json", "--figure=~/wall.png", capsys=capsys)
+    run("check", "~/wall.json", capsys=capsys)
+    run("compare", "~/wall.json", "--methods", "associative", "--store", "~/answers", capsys=capsys)
+    assert {p.name for p in tmp_path.iterdir()} == {"wall.json", "answer.json", "wall.png", "answers"}
+    with pytest.raises(SystemExit):
+        main(["solve", "~/wall.json", "--output", "~/missing/answer.json"])
+    assert f"there is no folder '{tmp_path}/missing'" in capsys.readouterr().err
+
+
+COMMAND = "from limitmason.cli import main\nraise SystemExit(main())\n"
+
+
+@pytest.mark.parametrize("started, told", [
+    (["-m", "limitmason"], "interrupted\n"), (["limitmason"], "interrupted\n"), (["script.py"], "Traceback"),
+])
+def test_an_interrupt_while_the_libraries_load_is_one_line_of_the_command_alone(started, told, tmp_path):
+    """The command gave the traceback of an import; a script that loads the package keeps it."""
+    (tmp_path / "numpy.py").write_text("raise KeyboardInterrupt\n")
+    for name in ("limitmason", "script.py"):
+        (tmp_path / name).write_text(COMMAND)
+    places = os.pathsep.join([str(tmp_path), *filter(None, sys.path)])
+    ended = subprocess.run(
+        [sys.executable, *started], cwd=tmp_path, env=os.environ | {"PYTHONPATH": places}, capture_output=True,
+        text=True, check=False,
+    )
+    assert ended.stderr.startswith(told)
+    assert (ended.stderr == told) == (ended.returncode == 130) == (told != "Traceback")
 
 
 def test_an_interrupted_search_prints_what_it_has_and_ends_with_the_status_of_an_interrupt(monkeypatch, capsys):

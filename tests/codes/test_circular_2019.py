@@ -199,6 +199,17 @@ def test_damping_is_a_fraction_in_one_equation_and_per_cent_in_the_next():
             FloorSpectrum(SITE, [0.3], [1.2], damping=damping)
 
 
+@pytest.mark.parametrize(("own", "damping"), [(0.6, 0.5), (0.9, 0.1)])
+def test_a_floor_spectrum_whose_resonance_does_not_amplify_is_refused(own, damping):
+    """1.1 eta / sqrt(xi) < 1 has a pole above the period of a mode: 24,500 m/s2 at five times it for .6 and .5."""
+    edge = 1.1**2 * max(10.0 / (5.0 + 100.0 * damping), 0.55**2)
+    with pytest.raises(InputError, match=f"building up to {edge:.2f}"):
+        FloorSpectrum(SITE, [0.3], [1.3], own).acceleration(1.5, damping)
+    # resonance is 1 at the edge of what is taken: what stands on the floor moves as it does, at every period
+    floor = FloorSpectrum(SITE, [0.3], [1.3], edge * (1.0 - 1e-12))
+    assert floor.acceleration(0.2, damping) == pytest.approx(floor.peaks()[0], rel=1e-9)
+
+
 def test_ground_spectrum_of_the_code():
     """NTC 2018: soil B, ag .15, F0 2.45: SS = 1.4 - .4 2.45 .15 = 1.2 at most, CC = 1.1 Tc*^-.2."""
     soft = GroundSpectrum(0.15, 2.45, 0.28, soil="B", topography=1.2)

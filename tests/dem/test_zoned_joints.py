@@ -1,5 +1,7 @@
 """Zoned blocks and their joints against closed forms: series, strength, dilation, energy, the rigid limit."""
 
+import math
+
 import numpy as np
 import pytest
 from zone_bodies import energy_error
@@ -209,3 +211,7 @@ def test_points_of_loads_go_along_with_zones_and_with_rigid_blocks():
     _net(model.nodes, model.rigid)
     x, z = 0.04 * np.cos(0.4) - 0.03 * np.sin(0.4), 0.03 * np.cos(0.4) + 0.04 * np.sin(0.4)
     assert model.rigid.net[block] == pytest.approx((3.0, -5.0, x * flat[1] - z * flat[0]), rel=1e-9)
+    # forces that balance and a moment that does not: over all that is applied, and the block's height of 0.1 m
+    moment, model.rigid.net[block, :2] = model.rigid.net[block, 2], 0.0
+    applied = np.linalg.norm(model.nodes.load, axis=1).sum() + math.hypot(3.0, 5.0)
+    assert running.unbalance(model) == pytest.approx(abs(moment) / 0.1 / applied, rel=1e-9)

@@ -438,3 +438,13 @@ def test_sizes_are_added_where_a_mechanism_takes_over_while_any_are_left(levels)
     around = [found[k] - found[k - 1] for k in (int(np.searchsorted(found, s["c"])) for s in walls)]
     assert sum(around) <= {8: 0.5, 10: 0.375, 14: 0.25}[levels]
     assert table.error > 1.0  # a jump stays missed by half of it between two sizes, which is told
+
+
+@pytest.mark.parametrize("levels", [5, 6, 8])
+def test_few_levels_of_a_cause_with_two_sides_tell_what_their_table_misses(levels):
+    """Five sizes were never halved, and the error told was 0; of six, only the lowest interval was looked at."""
+    cause = Cause("kink", "kink", 1.0, (0.4, 2.0))
+    table = make(levels=levels).table(cause)
+    true = np.log([[simulate(s, kink=size) for s in SPECIMENS] for size in table.sizes[0]])
+    missed = np.abs(table.values[:, table.values.shape[1] // 2] - true).max() / 0.04
+    assert 1.0 < missed < 2.0 * table.error

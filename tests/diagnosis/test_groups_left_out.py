@@ -7,6 +7,7 @@ import pytest
 from diagnosis_models import BATCH, CAUSES, FRICTION, ROUNDING, blocks, data, kinds, pulled, specimens, study
 
 from limitmason.diagnosis import Cause, Noise, Study
+from limitmason.errors import InputError
 
 
 @pytest.mark.parametrize("size", [0.8, 1.25])
@@ -17,6 +18,18 @@ def test_a_group_that_alone_feels_a_cause_says_nothing_of_its_size_when_it_is_le
     # batch B is predicted as by the baseline: by the lowest size of the list, 0.7, the score was +58 or -539
     assert abs(found.gain.leave_group_out.total) < 5.0
     assert "left out" not in found.identification.missing
+
+
+def test_one_group_of_all_is_refused_and_noise_of_its_repeats_is_not(tmp_path):
+    """Left out, it leaves nothing to predict it from: the gain without it was 0 +- nan."""
+    with pytest.raises(InputError, match="groups has the one label 'a', .* give labels that differ"):
+        study(data(BATCH, 1.25), groups=["a"] * 12)
+    path = tmp_path / "data.csv"
+    rows = [f"a,{1.0 + 0.01 * (i % 3)},1.0" for i in range(9)]
+    path.write_text("\n".join(["group,measured,predicted", "# units: -,kN,kN", *rows]))
+    assert Study.from_table(path, noise="replicates").groups is None
+    with pytest.raises(InputError, match="groups has the one label 'a'"):
+        Study.from_table(path, noise=0.05, group="group")
 
 
 def test_a_withdrawn_explanation_is_neither_kept_nor_told_from_others():

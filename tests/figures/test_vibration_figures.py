@@ -109,7 +109,10 @@ def test_a_map_refuses_limits_scales_and_colours_that_it_cannot_use(solid):
     values = np.arange(len(solid.mesh), dtype=float)
     still = np.zeros_like(solid.mesh.nodes)
     for options, told in (
-        ({"values": values, "limits": (5.0, 1.0)}, "lowest, highest"), ({"limits": (0.0, 1.0)}, "of the colours"),
+        ({"values": values, "limits": (5.0, 1.0)}, "lowest, highest"),
+        ({"values": values, "limits": (1.0,)}, "lowest, highest"),
+        ({"values": values, "limits": "ab"}, "limits must be numbers"),
+        ({"limits": (0.0, 1.0)}, "of the colours"),
         ({"displacement": still, "scale": -1.0}, "scale must be positive"), ({"colours": "no map"}, "colour map"),
     ):
         with pytest.raises(InputError, match=told):

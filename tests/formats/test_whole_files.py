@@ -10,10 +10,14 @@ from processes import ended, ready, said, together
 
 import dem
 import limitmason as lm
+from dem.stages.resuming import check_checkpoint
 from limitmason.errors import InputError
 from limitmason.figures.page import write_page
+from limitmason.formats.meshes import read_solids
 from limitmason.storage import files
 from limitmason.storage.csv_table import write_table
+from limitmason.storage.measured_table import read_measured
+from limitmason.study.memo import Memo
 from limitmason.study.run_fingerprint import fingerprint
 
 
@@ -38,6 +42,52 @@ WRITERS = {
     "picture.png": lambda path, wall: files.save_figure(lm.figures.assembly(wall), path),
     "state.npz": lambda path, wall: dem.initial_state(wall, lm.Loads.weight(wall)).save(path),
 }
+
+
+@pytest.mark.parametrize("name", WRITERS)
+def test_every_writer_takes_a_tilde_for_the_home_folder(tmp_path, monkeypatch, name):
+    home, elsewhere = tmp_path / "home", tmp_path / "elsewhere"
+    home.mkdir(), elsewhere.mkdir()
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.chdir(elsewhere)
+    WRITERS[name](f"~/{name}", column())
+    assert (home / name).is_file()
+    assert not any(elsewhere.iterdir())
+
+
+def test_every_reader_takes_a_tilde_for_the_home_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    wall = column()
+    loads = lm.Loads.weight(wall)
+    lm.formats.write(tmp_path / "model.json", wall, loads)
+    lm.formats.write(tmp_path / "blocks.obj", wall)
+    dem.initial_state(wall, loads).save(tmp_path / "state.npz")
+    (tmp_path / "data.csv").write_text("specimen,measured\n# units: -,kN\na,1.0\nb,2.0\n")
+    memo = Memo("~/runs.jsonl")
+    memo.keep("a", 1.0)
+    assert (tmp_path / "runs.jsonl").is_file()
+    assert dict(Memo("~/runs.jsonl").rows) == dict(memo.rows)
+    assert lm.formats.read("~/model.json").assembly.n_blocks == 2
+    assert len(lm.formats.read("~/blocks.obj").names) == 2
+    assert read_solids(["~/blocks.obj"]).names
+    assert isinstance(dem.State.load("~/state.npz"), dem.State)
+    assert len(read_measured("~/data.csv")) == 2
+    assert lm.diagnosis.study_from_folder.write_folder("~/folder") == tmp_path / "folder"
+    # a name that begins with the sign and is no home folder stays what it is
+    assert files.named_path("~no-such-user/a.json").parts[0] == "~no-such-user"
+
+
+def test_a_store_and_a_checkpoint_take_a_tilde_for_the_home_folder(tmp_path, monkeypatch):
+    monkeypatch.setenv("HOME", str(tmp_path))
+    store = dem.Store("~/kept")
+    with store.alone():
+        assert store.checkpoint == tmp_path / "kept" / "checkpoint.npz"
+    (tmp_path / "kept" / "some.f8").touch()
+    with pytest.raises(InputError, match="some.f8 is of no run"):
+        store.check_free()
+    (tmp_path / "run.npz").touch()
+    with pytest.raises(InputError, match="no archive"):
+        check_checkpoint("~/run.npz", begins=True)
 
 
 def limited(pipe, write, path, wall):

@@ -206,6 +206,16 @@ def test_thrust_of_an_arch_is_that_of_its_lines_of_thrust():
     assert "along (1, 0, 0)" in str(found)
 
 
+def test_a_cut_of_all_that_bears_a_tower_is_told_the_force_through_it():
+    """It said that the tower floats, and to close a gap."""
+    tower = lm.build.column(width=0.4, depth=0.3, unit_height=0.3, courses=3, joint=lm.Joint(35.0))
+    weight = tower.weights[1:].sum()
+    for cut, carried in ((tower.joint_names[0], weight), (tower.joint_names[1], weight * 2 / 3)):
+        with pytest.raises(InputError, match="alone bear block 'column-.*' .*dead load of these") as said:
+            lm.thrust(tower, cut=[cut], direction=(1, 0, 0))
+        assert f"(0, 0, {-carried:.6g}) N" in str(said.value)
+
+
 def test_thrust_of_three_hinges_through_a_group_and_a_cut():
     """Two halves of length l and height h: H = W l / (2 h) at least, and nothing bounds the greatest."""
     h = 0.8

@@ -387,3 +387,15 @@ def test_a_material_gives_the_closed_forms_its_density():
     assert found[1] == found[0]
     with pytest.raises(NotApplicable, match="no one density"):
         me.simple_rocking(wall.with_material(iron, blocks=[wall.n_blocks - 1]))
+
+
+def test_a_bottom_course_that_may_slide_now_is_no_ground_of_the_closed_forms():
+    """Held on its bottom course as built; with that free to slide the forms of a wall on firm ground still answered."""
+    wall = built("U", base="course")
+    assert me.simple_rocking(wall, loads=outwards(wall)).collapse_multiplier > 0.0
+    bottom = [b.name for b, held in zip(wall.blocks, wall.fixed, strict=True) if held]
+    loose = wall.with_supports(lm.Support(name, dofs=("z", "rx", "ry", "rz")) for name in bottom)
+    with pytest.raises(NotApplicable, match="recipe of kind 'wall'"):
+        me.simple_rocking(loose, loads=outwards(loose))
+    held = wall.with_supports([lm.Support.fixed(bottom[0])])
+    assert held.recipe == wall.recipe

@@ -147,6 +147,10 @@ def test_a_path_goes_on_under_the_same_points_only():
     other = lm.Loads.weight(wall).with_point_load(wall, 1, (1e3, 0, 0), at=(0.3, 0.15, 1.0))
     with pytest.raises(lm.errors.NotApplicable, match="live load"):
         lm.pushover(wall, other, to=0.02, start=curve)
+    # the state under dead load bears none that could differ: the path from it is that from the start
+    rest = lm.pushover(wall, lm.Loads.weight(wall), to=0.0)
+    on = lm.pushover(wall, other, to=0.02, start=rest)
+    assert np.array_equal(on.load, lm.pushover(wall, other, to=0.02).load)
     high, low = (loads.with_point_load(wall, 1, (0, 0, -1e3), at=(0.2, 0.15, z), case="dead") for z in (1.0, 0.0))
     first = lm.pushover(wall, high, to=0.01)
     with pytest.raises(lm.errors.InputError, match="'block' acts at another point"):

@@ -114,3 +114,26 @@ def test_a_block_pushed_off_its_centre_slides_as_under_even_pressure_or_the_answ
     through = lm.Loads.horizontal(block)
     for method in ("pushover", "associative", "non-associative"):
         assert not any("torsion" in w for w in lm.predict(block, through, method).warnings), method
+
+
+def test_a_path_whose_control_turns_back_says_what_goes_on():
+    """A weight beside a block tips it about its edge, by which its centroid rises: the path stopped without a word."""
+    joint = lm.Joint(40.0, normal_stiffness=1e9, shear_stiffness=5e8)
+    pile = lm.build.column(width=0.4, depth=0.3, unit_height=0.3, courses=3, joint=joint)
+    loads = lm.Loads.weight(pile)
+    with pytest.warns(lm.PlausibilityWarning, match="outside the block"):
+        loads = loads.with_point_load(pile, 3, (0, 0, -pile.weights[1]), at=(0.55, 0.15, 0.9))
+    stopped = lm.pushover(pile, loads, to=3e-3, steps=Steps(most=3))
+    assert any("give control=(block, axis)" in w for w in stopped.warnings)
+    on = lm.pushover(pile, loads, to=3e-3, control=(3, "x"))
+    assert on.status == "reached"
+    assert on.peak.load == pytest.approx(4.0 / 3.0, rel=2e-3)  # W b / 2 = lambda W (0.55 - b)
+    assert not any("control=" in w for w in on.warnings)
+
+
+@pytest.mark.parametrize("along", [(1, 0, 0), (0, 1, 0)])
+def test_a_control_that_the_load_does_not_move_is_refused(along):
+    """A column under its weight, pushed sideways: its blocks rise or fall by rounding alone, which overflowed."""
+    pile = lm.build.column(width=0.4, depth=0.3, unit_height=0.3, courses=2, joint=lm.Joint(33.0))
+    with pytest.raises(lm.errors.InputError, match="does not move block 'column-1' along 'z': give an axis"):
+        lm.pushover(pile, lm.Loads.horizontal(pile, along), to=1e-3, control=(1, "z"))

@@ -100,6 +100,17 @@ def test_a_material_gives_the_block_its_density_and_keeps_it_without():
     assert all(b.material is None for i, b in enumerate(heavy.blocks) if i != k)
 
 
+def test_the_recipe_states_the_density_of_the_units_or_none():
+    """It went on stating that of before, also in the file of the model."""
+    wall = lm.build.wall(length=1.2, courses=2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(35.0), density=2000.0)
+    heavy = lm.Material(**BRICK, density=2500.0)
+    assert wall.with_material(lm.Material(**BRICK)).recipe == wall.recipe
+    assert wall.with_material(heavy).recipe == wall.recipe | {"density": 2500.0}
+    assert wall.with_material(heavy, blocks=["base"]).recipe == wall.recipe
+    mixed = wall.with_material(heavy, blocks=["facade-01-01"]).recipe
+    assert mixed == {k: v for k, v in wall.recipe.items() if k != "density"}
+
+
 def test_a_block_without_density_is_refused_by_name():
     wall = make_assembly()
     light = replace(wall, blocks=tuple(replace(b, density=0.0) if b.name == "pier" else b for b in wall.blocks))

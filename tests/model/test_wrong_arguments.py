@@ -14,7 +14,7 @@ from limitmason.diagnosis.simulate import several
 from limitmason.errors import InputError
 from limitmason.geometry import box
 
-J = lm.Joint(33.0)
+J, STIFF = lm.Joint(33.0), lm.Joint(33.0, normal_stiffness=1e9, shear_stiffness=5e8)
 W = lm.build.wall(length=0.8, courses=2, unit=(0.4, 0.2, 0.2), joint=J)
 L = lm.Loads.horizontal(W)
 NAN = float("nan")
@@ -28,6 +28,8 @@ HOLD = dem.Hold(3)
 PLATE, JACK = dem.Drive({1: {"x": 1.0}}), dem.Servo(5e3)
 PAIR = W.with_supports([lm.Support(1, dofs=("x",))])
 TURN = lm.SupportMotion(rotation=(0, 1, 0))
+MODES = lm.modes(lm.build.column(width=0.4, depth=0.3, unit_height=0.2, courses=2, joint=STIFF))
+TOLD = "progress must be a function of a line of text, got 3: print is one"
 UNIT = {"unit": (0.4, 0.2, 0.2), "joint": J}
 
 
@@ -276,6 +278,14 @@ WRONG = {
     "polygon in words": (lambda _: lm.Interface(0, 1, "x", (0, 0, 1), J, "bed"), "polygon of an interface must be"),
     "flat normal": (lambda _: lm.Interface(0, 1, SQUARE, (0, 0, 1), J, "bed"), r"polygon of an interface must have"),
     "points in words": (lambda _: lm.limit_analysis(W, L, contact_model="grid", grid=("a", 3)), "must be numbers, got"),
+    "progress, pushover": (lambda _: lm.pushover(W, L, to=1e-3, progress=3), TOLD),
+    "progress, search": (lambda _: lm.limit_analysis(W, L, flow_rule="non-associative", progress=3), "of a trial"),
+    "progress, compare": (lambda _: lm.compare(W, L, ("associative",), progress=3), TOLD),
+    "progress, sweep": (lambda _: lm.study.sweep(abs, {"x": [1.0]}, progress=3), TOLD),
+    "progress, table": (lambda _: lm.comparison.table(source="ferris-tin-loi-2001", progress=3), TOLD),
+    "progress, collapse": (lambda _: dem.collapse(W, L, progress=3), "progress must be a function of a multiplier"),
+    "progress, push": (lambda _: dem.push(W, PLATE, to=1e-3, progress=3), "progress must be a function of a sample"),
+    "names, MAC": (lambda _: lm.figures.mac_matrix(lm.mac(MODES, MODES), names=("x",)), r"names are two, .*'x'"),
     "settlement of nothing": (lambda _: lm.settlement_analysis(W, None), "support"),
 }
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from limitmason.checks import listener
 from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.noise import Draws, Noise
@@ -74,7 +75,7 @@ def judge_again(
         verdict = decision.explained(y, decision.alarm(y, unstated), pairs)
         return CheckedVerdict(verdict.kind, verdict.causes)
 
-    say = progress or (lambda line: None)
+    say = listener("progress", progress, "a line of text") or (lambda line: None)
     n, noise, rule = design.n, design.noise, replace(rule, screen=True, far=NEAR)
     carried = shares.correlation if shares.shares else None
     say("the verdict with the noise taken as unknown")

@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.answers.results import FlowRule, Prediction, Status
 from limitmason.arrays import Array
-from limitmason.checks import choice, count, positive, switch
+from limitmason.checks import choice, count, listener, positive, switch
 from limitmason.display.progress import noted
 from limitmason.errors import InputError
 from limitmason.limit.associative import solve_associative
@@ -142,8 +142,7 @@ def solve_nonassociative(
     effort = search if isinstance(search, Effort) else EFFORTS[named]
     positive("accuracy", accuracy)
     count("seed", seed, least=0)
-    if progress is not None and not callable(progress):
-        raise InputError(f"progress must be a function of a trial, got {progress!r}")
+    listener("progress", progress, "a trial")
     for name, asked in (("prove", prove), ("measure_jump", measure_jump)):
         switch(name, False if asked is None else asked)
     for name, number in (("time_limit", time_limit), ("proof_seconds", proof_seconds)):
