@@ -18,7 +18,7 @@ from limitmason.limit.nonassociative.alternating import ConePrograms, alternate,
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval_in_plane, polish
 from limitmason.limit.nonassociative.sequential import SchemeRun, SchemeSettings, run_sequence
-from limitmason.limit.nonassociative.starts import random_start, slopes_for
+from limitmason.limit.nonassociative.starts import no_steeper, random_start, slopes_for
 from limitmason.storage.interrupts import ends_early
 
 
@@ -293,7 +293,9 @@ class _Trials:
                 # something must be tried, even without any time
                 if not (self.over and (self.trials or self.best is not None)):
                     variant = SchemeSettings(slope=slope, mixing=mixing)
-                    self._attempt(f"sequence, {variant}", start, variant, push=self.effort.lower_each)
+                    self._attempt(
+                        f"sequence, {variant}", start, variant, push=self.effort.lower_each, law=self.law
+                    )
 
     def random_starts(self, start: Array) -> None:
         """Run the scheme from random normal forces, with random settings.
@@ -311,7 +313,7 @@ class _Trials:
             slope, mixing = 10 ** self.random.uniform(-3, -1), self.random.uniform(0.3, 0.95)
             variant = SchemeSettings(slope=float(slope), mixing=float(mixing))
             if normal is not None:
-                self._attempt(f"{kind}, {variant}", normal, variant, push=False)
+                self._attempt(f"{kind}, {variant}", normal, variant, push=False, law=no_steeper(self.law))
 
     def pushes(self) -> None:
         """Push the best state down by every weight of the effort, in space to the end."""
@@ -325,7 +327,9 @@ class _Trials:
             lowered = lower(self.polisher.cones, self.best, tolerance=self.accuracy, deadline=self.deadline)
             self._keep("push of the best", lowered, None, since)
 
-    def _attempt(self, strategy: str, normal: Array, variant: SchemeSettings, *, push: bool) -> None:
+    def _attempt(
+        self, strategy: str, normal: Array, variant: SchemeSettings, *, push: bool, law: JointLaw
+    ) -> None:
         """Run the sequential scheme, make its end exact and, in space, push it down.
 
         Parameters
@@ -334,9 +338,10 @@ class _Trials:
         normal : normal forces N' to begin with, scaled, shape (m,)
         variant : settings of the scheme
         push : whether the end is pushed down, which in plane the descent has done already
+        law : that the scheme runs with
         """
         since = time.perf_counter()
-        run = run_sequence(self.law, normal, variant, deadline=self.deadline)
+        run = run_sequence(law, normal, variant, deadline=self.deadline)
         self.first_run = self.first_run or run
         candidate = run.state
         if candidate is not None and not self.over:
