@@ -73,7 +73,7 @@ def analyse(
     ----------
     problem : from :func:`limitmason.limit.program.static_theorem.make_problem`
     torsion_limit : limit each face's torsion about its centre of pressure to that of uniform pressure over this number
-        (an estimate)
+        (an estimate); in plane no face twists, and it changes nothing
     solver : "auto", "clarabel" or "interior-point", see :mod:`limitmason.limit.solvers`
     tolerance : of the interior-point method [-]
     check_dead_load : also find out whether the structure stands without live load
@@ -92,6 +92,8 @@ def analyse(
     if torsion_limit and solver not in ("auto", "clarabel"):
         raise InputError(f"solver={solver!r} does not cover the torsion limit; use solver='clarabel'")
     settings: dict[str, Any] = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
+    if problem.plane is not None:
+        torsion_limit = 0.0  # no face of a plane structure twists: the answer is as exact as without the limit
     seconds = 0.0
     for refinement in range(REFINEMENTS + 1):
         limit = 0.0 if problem.cells else float(torsion_limit)  # torsion of a cohesive face needs its final cells
