@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from limitmason.answers.method import hyphened
 from limitmason.answers.results import Bound, BoundKind, Prediction, Status
 from limitmason.checks import choice, not_negative, positive, switch
 from limitmason.display.progress import watched
@@ -93,7 +94,7 @@ def limit_analysis(
     Wrong when blocks deform, when the geometry changes before collapse, and when the answer rests on self-stress (see
     the warnings).
     """
-    choice("flow_rule", flow_rule, FLOW_RULES)
+    flow_rule = choice("flow_rule", hyphened(flow_rule), FLOW_RULES)
     positive("tolerance", tolerance)
     not_negative("torsion_limit", int(torsion_limit) if isinstance(torsion_limit, bool) else torsion_limit)
     verbose = switch("verbose", verbose)
