@@ -18,6 +18,7 @@ from limitmason.answers.method import (
     NON_ASSOCIATIVE,
     Look,
     Method,
+    hyphened,
 )
 from limitmason.answers.results import FlowRule, Prediction, Status
 from limitmason.checks import instance
@@ -82,12 +83,18 @@ def _of_other_packages() -> Mapping[str, str]:
     return {e.name: e.value for e in entry_points(group=ENTRY_POINT_GROUP)}
 
 
+def method_name(name: Any) -> Any:
+    """The name of a method as :func:`available_methods` has it, see ``hyphened``; what is none comes back as it is."""
+    return hyphened(name, available_methods())
+
+
 def get_method(name: str, flow_rule: str | None = None) -> Method:
     """The method of a name.
 
     Parameters
     ----------
-    name : of :func:`available_methods`; "limit" is the associative or non-associative method by ``flow_rule``
+    name : of :func:`available_methods`; "limit" is the associative or non-associative method by ``flow_rule``. Hyphens
+        may be written as underscores, here as wherever a method or a flow rule is named
     flow_rule : for "limit" only, associative by default
 
     Raises
@@ -98,12 +105,12 @@ def get_method(name: str, flow_rule: str | None = None) -> Method:
     """
     if name == LIMIT:
         rules = tuple(str(rule) for rule in FlowRule)
-        name = FlowRule.ASSOCIATIVE if flow_rule is None else flow_rule
+        name = FlowRule.ASSOCIATIVE if flow_rule is None else hyphened(flow_rule, rules)
         if name not in rules:
             raise InputError(f"flow_rule must be one of {rules}, got {flow_rule!r}")
     elif flow_rule is not None:
         raise InputError(f"flow_rule is an option of method 'limit'; method {name!r} has its own")
-    table = available_methods()
+    table, name = available_methods(), method_name(name)
     if not isinstance(name, str) or name not in table:
         raise InputError(f"unknown method {name!r}; available: {', '.join(sorted({LIMIT, *table}))}")
     module, _, attribute = table[name].partition(":")
@@ -118,7 +125,7 @@ def options_by_method(
 
     Parameters
     ----------
-    methods : names
+    methods : names, as :func:`method_name` has them
     options : of methods by name, in which hyphens may be written as underscores, as arguments of Python need
 
     Raises
@@ -130,19 +137,26 @@ def options_by_method(
     """
     if not methods:
         raise InputError(f"methods: name at least one, for example {', '.join(COMPARED_METHODS)}")
-    options, out = options or {}, {}
+    named, out = _by_name(options or {}), {}
     for method in methods:
-        written = method.replace("-", "_")
-        if written != method and written in options and method in options:
-            raise InputError(f"options of {method!r} are given twice, as {written!r} too: write one")
-        given = options.get(written, options.get(method, {}))
-        if not isinstance(given, Mapping):
-            raise InputError(f"options of {method!r} must be a mapping, got {given!r}")
+        given = named.get(method, {})
         get_method(method).check_options(given)
         out[method] = dict(given)
-    unused = sorted(set(options) - {m.replace("-", "_") for m in methods} - set(methods))
-    if unused:
+    if unused := sorted(set(named) - set(methods)):
         raise InputError(f"options are given for {unused[0]!r}, which is not among the methods {', '.join(methods)}")
+    return out
+
+
+def _by_name(options: Mapping[str, Any]) -> dict[str, Mapping[str, Any]]:
+    """Options by the names of their methods, none of which may be given twice, with underscores and hyphens."""
+    out: dict[str, Mapping[str, Any]] = {}
+    for written, given in options.items():
+        name = method_name(written)
+        if name in out:
+            raise InputError(f"options of {name!r} are given twice, as {name.replace('-', '_')!r} too: write one")
+        if not isinstance(given, Mapping):
+            raise InputError(f"options of {name!r} must be a mapping, got {given!r}")
+        out[name] = given
     return out
 
 
@@ -219,11 +233,11 @@ def answer(
     """
     if not isinstance(wanted, Mapping):
         raise InputError(f"wanted must be a mapping such as {{'peak': 'limit'}}, quantity to method, got {wanted!r}")
-    for name, given in options.items():
+    wanted = {quantity: method_name(method) for quantity, method in wanted.items()}
+    chosen = _by_name(options)
+    for name in chosen:
         if name not in wanted.values():
             raise InputError(f"options of {name!r}: no quantity is asked of it")
-        if not isinstance(given, Mapping):
-            raise InputError(f"options of {name!r} must be a mapping, got {given!r}")
     by: dict[str, Any] = {}  # what each method found, and its quantities
     known: dict[str, Mapping[str, float]] = {}
     out: dict[str, float] = {}
@@ -236,7 +250,7 @@ def answer(
             get_method(method)  # refuses what is no name of one
         if method not in by:
             asked = [q for q, m in wanted.items() if m == method]
-            by[method], known[method] = _answered(assembly, loads, method, asked, **options.get(method, {}))
+            by[method], known[method] = _answered(assembly, loads, method, asked, **chosen.get(method, {}))
         if quantity not in known[method] and quantity.startswith(LOAD_AT):
             out[quantity] = _load_at(by[method], method, _place(quantity))
             continue

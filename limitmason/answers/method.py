@@ -5,7 +5,7 @@ looks beside others. ``limitmason.methods`` finds it by name.
 """
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass, field, fields, make_dataclass, replace
 from difflib import get_close_matches
 from functools import partial
@@ -33,6 +33,22 @@ LEVERS = (
 
 DISPLACED = tuple(lever for lever in LEVERS if lever not in ("torsion", "displaced blocks"))
 """Levers of a theory that displaces blocks itself."""
+
+def hyphened(name: Any, known: Container[str] = COMPARED_METHODS) -> Any:
+    """A name as it is known: underscores may stand for hyphens, as arguments of Python need.
+
+    Every method and flow rule that a user names is read by this. What is no such name comes back as it is.
+
+    Parameters
+    ----------
+    name : as it was given, which may be anything
+    known : names of methods or of flow rules
+    """
+    if not isinstance(name, str) or name in known:
+        return name
+    written = name.replace("_", "-")
+    return written if written in known else name
+
 
 Solve = Callable[..., Prediction]
 

@@ -314,7 +314,7 @@ def released(system: System, node: Node, rows: Index, ratio: float, target: floa
     history, broken = weakened(node.history, rows), [rows]
     pose, multiplier, programs = node.pose, node.multiplier, 0
     for _ in range(_ROUNDS):
-        solved = newton.solve(system, pose, multiplier, history, target)
+        solved = newton.solve(newton.Way.begin(system, pose, multiplier, history, target))
         if solved is None:
             found = _solved(system, node, history, pose, multiplier, target, ratio)
             if found is None:
@@ -350,7 +350,7 @@ def _solved(
     """
     for by_descent in (True, False) if descent_first(system) else (False, True):
         if by_descent:
-            solved = frozen_friction.solve(system, pose, multiplier, history, target)
+            solved = frozen_friction.solve(newton.Way.begin(system, pose, multiplier, history, target))
             found = None if solved is None else (solved, 0)
         else:
             found = by_programs(system, node.pose, history, target, node.multiplier, node.force[:, 0], ratio)

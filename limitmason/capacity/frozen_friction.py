@@ -12,9 +12,7 @@ import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.capacity import newton
-from limitmason.capacity.kinematics import Pose
-from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, returned_stress
-from limitmason.capacity.system import Evaluated, System
+from limitmason.capacity.point_law import ElastoplasticLaw, return_map, returned_stress
 from limitmason.mechanics.tie_springs import tension
 
 # chosen, not derived: what is found is the answer of Newton's method on the true law, whatever these are
@@ -39,64 +37,34 @@ _ARRIVED = 1e-6
 """Way of the control that is still to go, over the step, below which the control is where it should be [-]."""
 
 
-def solve(
-    system: System,
-    pose: Pose,
-    multiplier: float,
-    old: PlasticHistory,
-    target: float | None,
-    *,
-    viscosity: float = 0.0,
-    origin: Array | None = None,
-) -> newton.Solved | None:
-    """The state at a control displacement from a guess, or None where it is not found.
+def solve(way: newton.Way) -> newton.Solved | None:
+    """The end of a step by descent, or None where it is not found.
 
-    Parameters
-    ----------
-    system : equations of the path's blocks and points
-    pose, multiplier : the guess; the multiplier is that of the live load [-]
-    old : history at the start of the step
-    target : control displacement to reach [m]; None keeps the multiplier
-    viscosity, origin : eta of a viscous force against the motion, and the motion made since the start of the step,
-        shape (order,), both in own units; none by default
-
-    Notes
-    -----
     What is found is in equilibrium by the true law, or is not returned: Newton's method on it has the last word.
+    ``way`` is where descent begins.
     """
-    prescribed = "multiplier" if target is None else "control"
-    done = np.zeros(system.order) if origin is None else origin.copy()
-    now = system.evaluate(pose, old, multiplier)
-    ends = newton.LastSteps(system, old, target, viscosity)
+    system, viscosity, last_word = way.system, way.viscosity, newton.LastWord()
     for k in range(ITERATIONS):
-        unbalance = float(np.abs(now.residual - viscosity * done).max(initial=0.0))
+        now, unbalance = way.state, way.unbalance
         if not np.isfinite(unbalance):
             return None
-        found = ends(now, multiplier, done, unbalance, k)
-        if found is not None:
+        if (found := last_word.on(way, k)) is not None:
             return found
         # one iteration of Newton's method on the potential of the law whose friction is frozen here
         law = frozen(system.law, now.returned.stress[:, 0], now.returned.history.damage)
-        returned = return_map(law, old, now.contact.displacement)
-        damping = viscosity + min(DAMPING * unbalance, _MOST)
-        # what the control displacement lacks of its target, in elastic lengths
-        missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
+        returned = return_map(law, way.old, now.contact.displacement)
         force = returned.stress * system.bodies.area[:, None]
-        rest = system.unbalanced(now.pose, now.wrenches, force, now.pulled, multiplier) - viscosity * done
-        try:
-            factors = system.bordered(now._replace(returned=returned), prescribed, damping)
-        except RuntimeError:  # exactly singular
+        rest = system.unbalanced(now.pose, now.wrenches, force, now.pulled, now.multiplier) - viscosity * way.made
+        tangent = way.tangent(now._replace(returned=returned), viscosity + min(DAMPING * unbalance, _MOST))
+        step = None if tangent is None else tangent(rest)
+        if step is None:
             return None
-        step = factors.solve(np.append(-rest, missing))
-        if not np.isfinite(step).all():
-            return None
-        multiplier += float(step[-1])  # in full: the potential that the motion goes down on is that of the new load
+        # the multiplier moves in full: the potential that the motion goes down on is that of the new load
+        multiplier, motion, share = now.multiplier + float(step[-1]), step[:-1], 1.0
         # while the control still moves there is no potential to go down on: the whole step is made
-        share = 1.0
-        if abs(missing) < _ARRIVED * max(1.0, float(np.abs(step[:-1]).max(initial=0.0))):
-            share = _lowest(system, law, old, now, step[:-1], multiplier, viscosity, done)
-        done += share * step[:-1]
-        now = system.evaluate(system.advanced(now.pose, share * step[:-1]), old, multiplier)
+        if abs(way.missing) < _ARRIVED * max(1.0, float(np.abs(motion).max(initial=0.0))):
+            share = _lowest(way, law, motion, multiplier)
+        way = way.moved(share * motion, multiplier)
     return None
 
 
@@ -105,27 +73,21 @@ def frozen(law: ElastoplasticLaw, normal: Array, damage: Array | float = 0.0) ->
     return law._replace(strength=law.strength_at(damage).frozen(normal), softening=None)
 
 
-def _lowest(
-    system: System, law: ElastoplasticLaw, old: PlasticHistory, now: Evaluated, motion: Array, multiplier: float,
-    viscosity: float, done: Array,
-) -> float:
+def _lowest(way: newton.Way, law: ElastoplasticLaw, motion: Array, multiplier: float) -> float:
     """Share of a motion at which the potential of the frozen law is lowest, by its slope.
 
     Parameters
     ----------
-    system : equations of the path's blocks and points
+    way : at the start of the motion
     law : law whose friction is frozen
-    old : history at the start of the step, from which the law returns
-    now : state at the start of the motion
     motion : of the full step, in own units, shape (order,)
-    multiplier : of the live load [-]
-    viscosity : eta of a viscous force against the motion, own units
-    done : motion made before, against which the viscous force acts too, own units, shape (order,)
+    multiplier : of the live load after it [-]
     """
+    system, now, viscosity = way.system, way.state, way.viscosity
     # displacements of the points [m], and what the motion adds to them and to the ties' elongation [m]
     apart, (work, longer) = now.contact.displacement, system.relative(now, motion)
     dead, live = system.applied(now.pose)
-    load = dead + multiplier * live - viscosity * done
+    load = dead + multiplier * live - viscosity * way.made
     if system.bodies.deforming:
         load = load + system.sprung(now.pose)
     # rise of the slope with the share, by the viscous force and by the springs of the blocks' shapes
@@ -134,8 +96,8 @@ def _lowest(
 
     def slope(share: float) -> float:
         """Derivative of the potential by the share of the motion, at a share, in own units."""
-        force = returned_stress(law, old, apart + share * work) * area
-        pulls = tension(system.ties, now.pulled.elongation + share * longer, old.stretched)[0] if tied else longer
+        force = returned_stress(law, way.old, apart + share * work) * area
+        pulls = tension(system.ties, now.pulled.elongation + share * longer, way.old.stretched)[0] if tied else longer
         own = (float(pulls @ longer) - float((force * work).sum())) / (system.weight * system.length)
         return own - float(motion @ load) + share * against
 

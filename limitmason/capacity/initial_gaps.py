@@ -90,7 +90,7 @@ def begun_with(system: System, state: Prediction, to: float | None, ratio: float
     """
     rest = system.at_rest()
     old = system.virgin()
-    solved = newton.solve(system, rest, state.collapse_multiplier, old, target=0.0)
+    solved = newton.solve(newton.Way.begin(system, rest, state.collapse_multiplier, old, 0.0))
     programs = 0
     if solved is None:
         found = step_equilibrium.by_programs(

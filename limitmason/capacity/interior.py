@@ -13,7 +13,6 @@ import numpy as np
 
 from limitmason.arrays import Array, Index
 from limitmason.capacity import newton
-from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory, trial
 from limitmason.capacity.system import Evaluated, System
 
@@ -200,59 +199,39 @@ class _Points:
         return step, share
 
 
-def solve(
-    system: System, pose: Pose, multiplier: float, old: PlasticHistory, target: float | None, *,
-    viscosity: float = 0.0, origin: Array | None = None,
-) -> newton.Solved | None:
-    """The state at a control displacement from a guess, or None where it is not found.
+def solve(way: newton.Way) -> newton.Solved | None:
+    """The end of a step by an interior path, or None where it is not found.
 
-    Parameters
-    ----------
-    system : equations of the path's blocks and points
-    pose, multiplier : the guess; the multiplier is that of the live load [-]
-    old : history at the start of the step
-    target : control displacement to reach [m]; None keeps the multiplier
-    viscosity, origin : eta of a viscous force against the motion, own units, and the motion made since the start of the
-        step, shape (order,); none by default
-
-    Notes
-    -----
     What is found is in equilibrium by the true law, or is not returned: Newton's method on it has the last word.
-    Strengths are those of ``old``, ties take the force of the pose that they are in.
+    Strengths are those at the start of the step, ties take the force of the pose that they are in. ``way`` is where the
+    path begins.
     """
-    prescribed = "multiplier" if target is None else "control"
-    done = np.zeros(system.order) if origin is None else origin.copy()
+    system, viscosity, last_word = way.system, way.viscosity, newton.LastWord()
     # shares of the steps so far that were made; the first ones stand for steps before any
-    now, points, shares = system.evaluate(pose, old, multiplier), _Points(system, old), [1.0] * _OVER
-    state = points.inside(now, FIRST)
+    points, shares = _Points(system, way.old), [1.0] * _OVER
+    state = points.inside(way.state, FIRST)
     anew = 1  # times that it may be begun anew
-    ends = newton.LastSteps(system, old, target, viscosity)
     for k in range(ITERATIONS):
-        unbalance = float(np.abs(now.residual - viscosity * done).max(initial=0.0))
+        now = way.state
         stuck = sum(shares[-_OVER:]) < _STUCK
         if stuck and anew:  # where the way turns back it is begun anew from the middle
             anew -= 1
             state, shares, stuck = points.inside(now, FIRST), [1.0] * _OVER, False
         last = k + 1 == ITERATIONS or stuck
-        found = ends(now, multiplier, done, unbalance, k, last=last)
-        if found is not None:
+        if (found := last_word.on(way, k, last=last)) is not None:
             return found
-        if last or not np.isfinite(unbalance):
+        if last or not np.isfinite(way.unbalance):
             return None
-        # what the control displacement lacks of its target, in elastic lengths
-        missing = 0.0 if target is None else (target - system.controlled(now.pose)) / system.length
         linear = points.linearised(now, state)
         if linear is None:
             return None
-        try:
-            # stresses [Pa/m] and forces [N] of the points, as the structure takes them
-            stiff = linear.tangent * (system.weight / system.length / system.bodies.area)[:, None, None]
-            force = np.column_stack([state.normal, state.cone[:, 1:]])
-            factors = system.bordered(
-                now._replace(returned=now.returned._replace(tangent=stiff), force=force * system.weight), prescribed,
-                viscosity,
-            )
-        except RuntimeError:  # exactly singular
+        # stresses [Pa/m] and forces [N] of the points, as the structure takes them
+        stiff = linear.tangent * (system.weight / system.length / system.bodies.area)[:, None, None]
+        force = np.column_stack([state.normal, state.cone[:, 1:]])
+        tangent = way.tangent(
+            now._replace(returned=now.returned._replace(tangent=stiff), force=force * system.weight), viscosity
+        )
+        if tangent is None:
             return None
         step, edge = None, np.inf  # step of the points, and its share at which the first leaves the law
         product, aim = state.product(), 0.0
@@ -260,9 +239,9 @@ def solve(
         for _ in ("predictor", "corrector"):
             freed = points.freed(state, linear, aim, step)
             pushed = (force + freed[0]) * system.weight
-            rest = system.unbalanced(now.pose, now.wrenches, pushed, now.pulled, multiplier) - viscosity * done
-            motion = factors.solve(np.append(-rest, missing))
-            if not np.isfinite(motion).all():
+            rest = system.unbalanced(now.pose, now.wrenches, pushed, now.pulled, now.multiplier)
+            motion = tangent(rest - viscosity * way.made)
+            if motion is None:
                 return None
             step, edge = points.step(state, linear, freed, system.relative(now, motion[:-1])[0] / system.length)
             if aim == 0.0:
@@ -272,7 +251,5 @@ def solve(
         share = min(1.0, _INSIDE * edge)
         shares.append(share)
         state = state.onward(step, share)
-        multiplier += share * float(motion[-1])
-        done += share * motion[:-1]
-        now = system.evaluate(system.advanced(now.pose, share * motion[:-1]), old, multiplier)
+        way = way.moved(share * motion[:-1], now.multiplier + share * float(motion[-1]))
     return None

@@ -1,5 +1,6 @@
 """Semismooth Newton on the true law: return map, unsymmetric consistent tangent, geometric stiffness, control row."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -30,9 +31,8 @@ _GROWN = 3.0
 _ENOUGH = 1e-7
 """Unbalance in mean block weights that is accepted where rounding lets Newton's method go no further: chosen."""
 
-
 _NEAR = 0.3
-"""Unbalance of the true law, in block weights, below which another way tries to end by Newton's method: chosen."""
+"""Unbalance in block weights below which another way to the end of a step tries Newton's method: chosen."""
 
 _NEARER = 0.3
 """Part of the unbalance of the last such try below which it is tried again [-]: chosen."""
@@ -52,109 +52,132 @@ class Solved(NamedTuple):
     iterations: int
 
 
-def solve(
-    system: System,
-    pose: Pose,
-    multiplier: float,
-    old: PlasticHistory,
-    target: float | None,
-    *,
-    viscosity: float = 0.0,
-    origin: Array | None = None,
-    iterations: int = ITERATIONS,
-    shares: tuple[float, ...] = SHARES,
-) -> Solved | None:
-    """Newton's method from a guess, or None where it does not converge.
+class Way(NamedTuple):
+    """A step on its way to the end: where it is, and what equilibrium by the true law lacks there."""
+
+    system: System
+    old: PlasticHistory  # at the start of the step
+    target: float | None  # control displacement to reach [m]; None keeps the multiplier
+    viscosity: float  # eta of a viscous force against the motion, own units
+    state: Evaluated  # by the true law, with its multiplier
+    made: Array  # motion since the start of the step, own units, (order,)
+
+    @classmethod
+    def begin(
+        cls, system: System, pose: Pose, multiplier: float, old: PlasticHistory, target: float | None,
+        viscosity: float = 0.0,
+    ) -> "Way":
+        """From a guess, a pose and a multiplier of the live load [-]; other arguments are the fields."""
+        state = system.evaluate(pose, old, multiplier)
+        return cls(system, old, target, viscosity, state, np.zeros(system.order))
+
+    def moved(self, motion: Array, multiplier: float) -> "Way":
+        """On by a ``motion`` in own units, shape (order,), at another multiplier of the live load [-]."""
+        pose = self.system.advanced(self.state.pose, motion)
+        return self._replace(state=self.system.evaluate(pose, self.old, multiplier), made=self.made + motion)
+
+    @property
+    def rest(self) -> Array:
+        """What equilibrium lacks, own units, shape (order,)."""
+        return self.state.residual - self.viscosity * self.made
+
+    @property
+    def unbalance(self) -> float:
+        """Largest of ``rest``, in mean block weights."""
+        return float(np.abs(self.rest).max(initial=0.0))
+
+    @property
+    def missing(self) -> float:
+        """What the control displacement lacks of its target, in elastic lengths; 0 without one."""
+        now = self.system
+        return 0.0 if self.target is None else (self.target - now.controlled(self.state.pose)) / now.length
+
+    def tangent(self, state: Evaluated, viscosity: float) -> Callable[[Array], Array | None] | None:
+        """Solution of the bordered tangent of a state for an unbalance, shape (order + 1,), multiplier last.
+
+        The tangent is None where it is exactly singular, its solution None where that is not finite.
+
+        Parameters
+        ----------
+        state : the present one, or what another law makes of it
+        viscosity : eta of a viscous force, own units
+        """
+        try:
+            factors = self.system.bordered(state, "multiplier" if self.target is None else "control", viscosity)
+        except RuntimeError:
+            return None
+        missing = self.missing
+
+        def solved(rest: Array) -> Array | None:
+            """Motion and multiplier that undo an unbalance in own units, shape (order,)."""
+            step = factors.solve(np.append(-rest, missing))
+            return step if np.isfinite(step).all() else None
+
+        return solved
+
+
+class LastWord:
+    """Newton's method on the true law where another way is near: tried again when nearer, or after some iterations."""
+
+    def __init__(self) -> None:
+        self.unbalance, self.iteration = np.inf, -_AGAIN  # of the last try
+
+    def on(self, way: Way, iteration: int, *, last: bool = False) -> Solved | None:
+        """The end of a way, or None: it is too far, was tried not long ago, or is not found.
+
+        Parameters
+        ----------
+        way : where it is
+        iteration : its number, of which the end tells the sum
+        last : whether nothing follows, so that it is tried however lately it was
+        """
+        unbalance = way.unbalance
+        nearer = unbalance < _NEARER * self.unbalance or iteration - self.iteration >= _AGAIN
+        if not (unbalance < _NEAR and (nearer or last)):
+            return None
+        self.unbalance, self.iteration = unbalance, iteration
+        found = solve(way, iterations=_FINISH, shares=FULL)
+        return None if found is None else found._replace(iterations=found.iterations + iteration)
+
+
+def solve(way: Way, *, iterations: int = ITERATIONS, shares: tuple[float, ...] = SHARES) -> Solved | None:
+    """The end of a way by Newton's method, or None where it does not converge.
 
     Parameters
     ----------
-    system : equations of the path's blocks and points
-    pose, multiplier : the guess
-    old : history at the start of the step
-    target : control displacement to reach [m]; None keeps the multiplier
-    viscosity, origin : eta of a viscous force against the motion, own units, and the motion made since the start of the
-        step when Newton begins; none by default
-    shares : of a step that are tried until the unbalance falls; ``FULL`` takes steps as they come
+    way : where Newton begins
     iterations : how many are made at most
+    shares : of a step that are tried until the unbalance falls; ``FULL`` takes steps as they come
     """
-    prescribed = "multiplier" if target is None else "control"
-    done = np.zeros(system.order) if origin is None else origin.copy()
 
-    def unbalance(at: Evaluated, made: Array) -> Array:
-        """What equilibrium lacks in a state after the motion ``made``, and what is left of the control displacement."""
-        missing = 0.0 if target is None else (target - system.controlled(at.pose)) / system.length
-        return np.append(at.residual - viscosity * made, missing)
+    def lack(at: Way) -> Array:
+        """What equilibrium lacks, and what is left of the control displacement."""
+        return np.append(at.rest, at.missing)
 
-    now = system.evaluate(pose, old, multiplier)
-    off = unbalance(now, done)
-    best = np.inf
+    off, best = lack(way), np.inf
     for k in range(iterations + 1):
         size = float(np.abs(off).max())
         if not np.isfinite(size):
             return None
         # solved; or small, and no longer half of the least so far: rounding lets it go no further
         if size < TOLERANCE or (size < _ENOUGH and size > 0.5 * best):
-            return Solved(now, multiplier, k)
+            return Solved(way.state, way.state.multiplier, k)
         if k == iterations or (shares == FULL and size > _GROWN * best):
             return None
         best = min(best, size)
-        try:
-            factors = system.bordered(now, prescribed, viscosity)
-        except RuntimeError:  # exactly singular
-            return None
-        step = factors.solve(np.append(-off[:-1], off[-1]))
-        if not np.isfinite(step).all():
+        tangent = way.tangent(way.state, way.viscosity)
+        step = None if tangent is None else tangent(off[:-1])
+        if step is None:
             return None
         # line search: the first share of the step that lowers the norm of what is lacking by enough
         merit = float(np.linalg.norm(off))
         for share in shares:
-            load = multiplier + share * float(step[-1])
-            tried = system.evaluate(system.advanced(now.pose, share * step[:-1]), old, load)
-            new = unbalance(tried, done + share * step[:-1])
-            if shares == FULL or float(np.linalg.norm(new)) < (1.0 - _FALLS * share) * merit:
+            tried = way.moved(share * step[:-1], way.state.multiplier + share * float(step[-1]))
+            off = lack(tried)
+            if shares == FULL or float(np.linalg.norm(off)) < (1.0 - _FALLS * share) * merit:
                 break
         else:
             # no share of the step lowers the unbalance
             return None
-        now, off = tried, new
-        done += share * step[:-1]
-        multiplier = load
+        way = tried
     return None
-
-
-class LastSteps:
-    """Newton's method with full steps, by which another way to the end of a step tries to end near it.
-
-    Parameters
-    ----------
-    system : equations of the path's blocks and points
-    old : history at the start of the step
-    target : control displacement to reach [m]; None keeps the multiplier
-    viscosity : eta of a viscous force against the motion, own units
-    """
-
-    def __init__(self, system: System, old: PlasticHistory, target: float | None, viscosity: float) -> None:
-        self.system, self.old, self.target, self.viscosity = system, old, target, viscosity
-        self.tried_at, self.tried = np.inf, -_AGAIN  # unbalance and iteration of the last try
-
-    def __call__(
-        self, now: Evaluated, multiplier: float, done: Array, unbalance: float, k: int, *, last: bool = False
-    ) -> Solved | None:
-        """The end of the step, where it is near and not just looked for in vain, or None.
-
-        Parameters
-        ----------
-        now, multiplier : of the other way in its iteration ``k``, which counts as one of these
-        done : motion since the start of the step, own units, shape (order,)
-        unbalance : largest that is left there, in block weights
-        last : whether the other way goes no further
-        """
-        again = last or unbalance < _NEARER * self.tried_at or k - self.tried >= _AGAIN
-        if not (unbalance < _NEAR and again):
-            return None
-        self.tried_at, self.tried = unbalance, k
-        found = solve(
-            self.system, now.pose, multiplier, self.old, self.target, viscosity=self.viscosity, origin=done,
-            iterations=_FINISH, shares=FULL,
-        )
-        return None if found is None else found._replace(iterations=found.iterations + k)

@@ -110,7 +110,7 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     ratio : work of the live load per control displacement [N], for the program
     """
     old, pose = system.virgin(), system.at_rest()
-    solved = newton.solve(system, pose, multiplier=0.0, old=old, target=target)
+    solved = newton.solve(newton.Way.begin(system, pose, 0.0, old, target))
     if solved is not None:
         return node_of(system, solved)
     # the associative program first: a limit frozen at no normal force would carry nothing
@@ -140,9 +140,10 @@ def step(
     patient : whether descent follows where an interior path finds nothing, see :func:`patience`
     """
     start, load = guess if guess is not None else (node.pose, node.multiplier)
+    begun = newton.Way.begin(system, start, load, node.history, target)
     many = descent_first(system)  # many points, or strength that falls over a length
     for way in _ways(system, patient) if many else (newton.solve,):
-        solved = None if guess is None and way is newton.solve else way(system, start, load, node.history, target)
+        solved = None if guess is None and way is newton.solve else way(begun)
         if solved is not None:
             return node_of(system, solved)
     if many and not (patient and _programs_may_find(system)):
@@ -150,11 +151,11 @@ def step(
     found = by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
     if found is not None:
         return node_of(system, found[0], programs=found[1])
-    solved = None if many else frozen_friction.solve(system, start, load, node.history, target)
+    solved = None if many else frozen_friction.solve(begun)
     return None if solved is None else node_of(system, solved)
 
 
-def _ways(system: System, patient: bool) -> tuple[Callable[..., newton.Solved | None], ...]:
+def _ways(system: System, patient: bool) -> tuple[Callable[[newton.Way], newton.Solved | None], ...]:
     """How a step of many points is looked for, in turn.
 
     In plane an interior path finds nearly all that is there, by a quarter of the factorisations of descent, the way of
@@ -234,25 +235,22 @@ def by_programs(
     The solved state and the number of programs, or None.
     """
     area = system.bodies.area[:, None]
-    now = system.evaluate(pose, old, multiplier)
-    done = np.zeros(system.order)  # motion since the start of the step, own units
+    way = newton.Way.begin(system, pose, multiplier, old, target, viscosity)
     for k in range(1, PROGRAMS + 1):
+        now = way.state
         elastic = trial(system.law, old, now.contact.displacement) * area
         advance = None if target is None else (target - system.controlled(now.pose)) * ratio
         # without geometric stiffness free motions swing to and fro; a proximal term, gone at the end, damps them
         proximal = viscosity == 0.0 and k > _PLAIN
-        eta, since = (PROXIMAL, None) if proximal else (viscosity, done if viscosity > 0.0 else None)
-        found = solve_step(system, now, old, elastic, normal, advance, multiplier, eta, since)
+        eta, since = (PROXIMAL, None) if proximal else (viscosity, way.made if viscosity > 0.0 else None)
+        found = solve_step(system, now, old, elastic, normal, advance, now.multiplier, eta, since)
         if found is None:
             return None
-        multiplier, normal = found.multiplier, found.force[:, 0]
-        done = done + found.motion
-        now = system.evaluate(system.advanced(now.pose, found.motion), old, multiplier)
-        unbalance = float(np.abs(now.residual - viscosity * done).max(initial=0.0))
-        if not np.isfinite(unbalance):
+        normal, way = found.force[:, 0], way.moved(found.motion, found.multiplier)
+        if not np.isfinite(way.unbalance):
             return None
-        if unbalance < _NEAR or k >= _PLAIN:
-            solved = newton.solve(system, now.pose, multiplier, old, target, viscosity=viscosity, origin=done)
+        if way.unbalance < _NEAR or k >= _PLAIN:
+            solved = newton.solve(way)
             if solved is not None:
                 return solved, k
     return None
@@ -305,7 +303,7 @@ def quieted(
         found = None
         for way in _ways(system, patient=True) if early else ():
             if found is None and way is not newton.solve:
-                solved = way(system, pose, multiplier, history, target, viscosity=eta)
+                solved = way(newton.Way.begin(system, pose, multiplier, history, target, eta))
                 found = None if solved is None else (solved, 0)
         if found is None and last_resort:
             found = by_programs(system, pose, history, target, multiplier, normal, ratio, eta)
@@ -322,7 +320,7 @@ def quieted(
         if float(np.abs(pose.shift - begin).max()) > _FALLS * system.size:
             return None
         if state.unbalance < _QUIET:
-            last = newton.solve(system, pose, multiplier, history, target)
+            last = newton.solve(newton.Way.begin(system, pose, multiplier, history, target))
             if last is not None:
                 return node_of(system, last, jump=True, programs=total)
         # what was left over is the viscous force: with less viscosity it is less

@@ -12,7 +12,7 @@ from typing import Any
 import limitmason as lm
 from limitmason.cli import console
 from limitmason.errors import InputError
-from limitmason.methods import COMPARED_METHODS, DEM, available_methods, get_method
+from limitmason.methods import COMPARED_METHODS, DEM, available_methods, get_method, method_name
 from limitmason.storage.files import named_path
 
 
@@ -41,8 +41,8 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
     report.add_argument("-o", "--output", type=console.page_file, default=Path("report.html"), metavar="FILE",
                         help="default: report.html")
     for parser in (compare, report):
-        parser.add_argument("--methods", nargs="+", choices=known, default=list(COMPARED_METHODS), metavar="METHOD",
-                            help=f"out of {', '.join(known)}; default: the four theories")
+        parser.add_argument("--methods", nargs="+", type=method_name, choices=known, default=list(COMPARED_METHODS),
+                            metavar="METHOD", help=f"out of {', '.join(known)}; default: the four theories")
     report.add_argument("--title", help="heading; by default the name of the target")
     console.drawing_options(report)
 

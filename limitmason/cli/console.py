@@ -16,7 +16,7 @@ import limitmason as lm
 from limitmason.answers.results import Prediction, Status
 from limitmason.display.progress import bars_are_drawn, write
 from limitmason.errors import InputError
-from limitmason.methods import LIMIT, NON_ASSOCIATIVE, available_methods, get_method
+from limitmason.methods import LIMIT, NON_ASSOCIATIVE, available_methods, get_method, method_name
 from limitmason.model.assembly import Assembly, ContactError
 from limitmason.model.joint import Joint
 from limitmason.model.load import Loads
@@ -295,8 +295,9 @@ def analysis_options(parser: argparse.ArgumentParser, flow_default: str = "assoc
     flow_default : flow rule where none is typed, in words for the help
     """
     group = parser.add_argument_group("analysis")
-    group.add_argument("--method", choices=(LIMIT, *sorted(available_methods())), help=f"default: {LIMIT}")
-    group.add_argument("--flow-rule", choices=("associative", "non-associative"),
+    group.add_argument("--method", type=method_name, choices=(LIMIT, *sorted(available_methods())),
+                       help=f"default: {LIMIT}")
+    group.add_argument("--flow-rule", type=method_name, choices=("associative", "non-associative"),
                        help=f"associative ignores the dilatancy angle; default: {flow_default}")
     group.add_argument("--contact-model", choices=("vertices", "grid"), help="default: vertices")
     group.add_argument("--grid", type=int, nargs=2, metavar=("ALONG", "ACROSS"),

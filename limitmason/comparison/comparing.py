@@ -10,6 +10,7 @@ from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
+from limitmason.answers.method import hyphened
 from limitmason.answers.references import LIMITMASON, Citation
 from limitmason.answers.results import Bound, Prediction
 from limitmason.checks import finite, listener, several
@@ -21,7 +22,7 @@ from limitmason.display.text_table import aligned, markdown
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.experiments.experiment import Quantity
 from limitmason.limit.range.proven_range import proven_range
-from limitmason.methods import COMPARED_METHODS, NON_ASSOCIATIVE, get_method, options_by_method
+from limitmason.methods import COMPARED_METHODS, NON_ASSOCIATIVE, get_method, method_name, options_by_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
@@ -53,13 +54,15 @@ class SideBySide(Displayed, Tabular):
 
     def __getitem__(self, method: str) -> Row:
         """The answer of a method by its name."""
+        name = hyphened(method, [row.method for row in self.rows])
         for row in self.rows:
-            if row.method == method:
+            if row.method == name:
                 return row
         raise KeyError(f"no answer by {method!r}; there are {', '.join(r.method for r in self.rows)}")
 
     def __contains__(self, method: str) -> bool:
-        return any(row.method == method for row in self.rows)
+        known = [row.method for row in self.rows]
+        return hyphened(method, known) in known
 
     def _lines(self) -> list[list[str]]:
         """Cells of the table as text, the head first.
@@ -225,7 +228,7 @@ def compare(
     why; wrong input and every other error come through. The store knows model, loads, method, options and the version
     of this package: that of another version is refused.
     """
-    methods = (methods,) if isinstance(methods, str) else several("methods", methods, str)
+    methods = tuple(map(method_name, (methods,) if isinstance(methods, str) else several("methods", methods, str)))
     settings = {m: {**get_method(m).stated, **own} for m, own in options_by_method(methods, options).items()}
     if proven is not None and not any(get_method(m).theorem == "admissible" for m in methods):
         raise InputError(f"proven is for {NON_ASSOCIATIVE!r}, which is not among the methods {', '.join(methods)}")

@@ -7,6 +7,7 @@ from math import isfinite, isnan
 from pathlib import Path
 from typing import Any
 
+from limitmason.answers.method import hyphened
 from limitmason.answers.results import FlowRule
 from limitmason.checks import choice, instance, listener, several
 from limitmason.comparison.rows import NAN, Row
@@ -15,7 +16,7 @@ from limitmason.display.text_table import abridged, aligned
 from limitmason.errors import InputError
 from limitmason.experiments.experiment import KINDS, Experiment, TargetValue
 from limitmason.experiments.registry import all_cases, tabled
-from limitmason.methods import LIMIT, get_method, predict
+from limitmason.methods import LIMIT, get_method, method_name, predict
 from limitmason.storage.csv_table import write_table
 
 NO_MODEL = "no assembly"
@@ -63,6 +64,7 @@ def run(
     kinds = (kinds,) if isinstance(kinds, str) else tuple(kinds)
     if unknown := [k for k in kinds if k not in KINDS]:
         raise InputError(f"kinds: there is no {unknown[0]!r}; known are {', '.join(KINDS)}")
+    method, flow_rule = method_name(method), hyphened(flow_rule, tuple(FlowRule))
     if flow_rule is not None and method == LIMIT:
         choice("flow_rule", flow_rule, tuple(FlowRule))
     if flow_rule is not None and method != LIMIT:

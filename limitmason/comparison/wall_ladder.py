@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from limitmason.answers.method import hyphened
 from limitmason.answers.results import Prediction
 from limitmason.checks import choice, listener, several
 from limitmason.comparison.wall_curves import wall_curve
@@ -131,7 +132,7 @@ def predict_walls(
     The spread of the inputs is that of first order: the root of the sum of squares of the changes of ln V. Inputs are
     taken as independent. Wall 97 has no shear span: its status says so, unless the option gives one.
     """
-    choice("method", method, LADDER)
+    method = choice("method", hyphened(method, LADDER), LADDER)
     listener("progress", progress, "a line of text")
     if method == "formulas" and options:
         raise InputError(f"options: the formulas have no assembly, and no {', '.join(options)}")

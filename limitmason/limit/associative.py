@@ -73,7 +73,7 @@ def analyse(
     ----------
     problem : from :func:`limitmason.limit.program.static_theorem.make_problem`
     torsion_limit : limit each face's torsion about its centre of pressure to that of uniform pressure over this number
-        (an estimate)
+        (an estimate); in plane no face twists, and it changes nothing
     solver : "auto", "clarabel" or "interior-point", see :mod:`limitmason.limit.solvers`
     tolerance : of the interior-point method [-]
     check_dead_load : also find out whether the structure stands without live load
@@ -92,17 +92,19 @@ def analyse(
     if torsion_limit and solver not in ("auto", "clarabel"):
         raise InputError(f"solver={solver!r} does not cover the torsion limit; use solver='clarabel'")
     settings: dict[str, Any] = {"tolerance": tolerance, "check_dead_load": check_dead_load, "verbose": verbose}
+    # no face of a plane structure twists: the answer is as exact as without the limit
+    torsion = float(torsion_limit) if problem.plane is None else 0.0
     seconds = 0.0
     for refinement in range(REFINEMENTS + 1):
-        limit = 0.0 if problem.cells else float(torsion_limit)  # torsion of a cohesive face needs its final cells
-        prediction, spent = _first_certified(problem, solver, torsion=limit, **settings)
+        # torsion of a cohesive face needs its final cells
+        prediction, spent = _first_certified(problem, solver, torsion=0.0 if problem.cells else torsion, **settings)
         seconds += spent
         cells = _finer(problem, prediction) if problem.cells and refinement < REFINEMENTS else None
         if cells is None:
             break
         problem = make_problem(problem.assembly, problem.loads, in_plane=False, cells=cells, cases=problem.cases)
-    if torsion_limit and problem.cells:
-        prediction, spent = _first_certified(problem, "clarabel", torsion=float(torsion_limit), **settings)
+    if torsion and problem.cells:
+        prediction, spent = _first_certified(problem, "clarabel", torsion=torsion, **settings)
         seconds += spent
     provenance = dict(prediction.provenance, solver_seconds=seconds, seconds=time.perf_counter() - start)
     return replace(prediction, provenance=provenance), problem
@@ -183,8 +185,11 @@ def _attempted(
         spent += seconds
     # without an answer the free multipliers mean nothing: the dead load is then asked about as it is
     unknown = solution.status == Status.CANNOT_STAND
-    scaled = scaled.with_free(np.zeros(len(scaled.free)) if unknown else solution.free)
-    solution, stands, falling, seconds = _dead_load_checked(problem, scaled, cones, solution, check_dead_load)
+    free = np.zeros(len(scaled.free)) if unknown else solution.free
+    # both scalings ask about one dead load: free multipliers are in the live units of each
+    given = problem.with_free(free * (scaled.live_scale / problem.live_scale))
+    scaled = given if scaled is problem else scaled.with_free(free)
+    solution, stands, falling, seconds = _dead_load_checked(given, scaled, cones, solution, check_dead_load)
     spent += seconds
     if unknown and falling is not None and len(solution.velocity) and not check_dead_load:
         # what was asked is whether any multiplier carries it: the program's own motion, on which no live load works
@@ -284,8 +289,8 @@ def _dead_load_checked(
 
     Parameters
     ----------
-    problem : in its own units
-    scaled : the problem in the units of ``cones`` and ``solution``
+    problem : in its own units, with its free live loads taken to the dead load
+    scaled : the same in the units of ``cones`` and ``solution``, which may be its own
     cones : the joint law in these units
     solution : of the program with live load
     check : False checks only a solution that says "cannot stand"
@@ -312,10 +317,8 @@ def _dead_load_checked(
         again = stands_under_dead_load(other, make_cones(other))
         velocity = None if again.velocity is None else scaled.dual(other.twists(again.velocity))
         answer = again._replace(force=None, velocity=velocity, seconds=answer.seconds + again.seconds)
-    if falls:
-        stands = False
-    elif answer.stands is not None:
-        stands = answer.stands
+    if falls or answer.stands is not None:
+        stands = not falls and answer.stands
     if stands is False:
         velocity = solution.velocity if answer.velocity is None and falls else answer.velocity
         return solution._replace(status=Status.CANNOT_STAND), False, velocity, answer.seconds

@@ -90,7 +90,8 @@ def prediction_from(
     law = "associative law (psi = phi)"
     bound = Bound(BoundKind.EXACT, f"exact for the {law}")
     if torsion:
-        bound = Bound(BoundKind.ESTIMATE, "estimate: torsion limited to that of uniform pressure")
+        beside = "beside shear up to 7 % too strong on square faces, 14 % on long ones"
+        bound = Bound(BoundKind.ESTIMATE, f"estimate: torsion limited to that of uniform pressure ({beside})")
     if problem.contact_model == "grid" and problem.plane is None and (spread_cohesion(assembly) > 0).any():
         words = f"estimate: {law} at the points of a grid, which overstate the torsion of cohesive faces"
         bound = Bound(BoundKind.ESTIMATE, words)

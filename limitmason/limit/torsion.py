@@ -1,4 +1,9 @@
-"""Torsion estimate: faces limited by even pressure about their own centres."""
+"""Torsion estimate: faces limited by even pressure about their own centres.
+
+Shear V beside torsion M is limited by a circle of their shares of the strength alone, (V / V_o)^2 + (M / M_o)^2 <= 1.
+The plastic curve of uniform pressure lies inside it: the circle takes up to 7 % too much on a square face, 11 % on one
+of 2 x 1 and 14 % on longer ones. A strip that slides along itself is taken up to 4 % too weak.
+"""
 
 import numpy as np
 
@@ -51,7 +56,7 @@ def with_torsion_limit(
 
     Parameters
     ----------
-    problem, solution : the program, and its solution without the limit, scaled
+    problem, solution : the program, in space, and its solution without the limit, scaled
     tolerance : of the solver [-]
     reduction : the torsional strength is that of uniform pressure over this number [-]
     verbose : report every iteration of the solver
@@ -60,8 +65,6 @@ def with_torsion_limit(
     -------
     Solution, seconds in solvers, and what the prediction says of the iteration.
     """
-    if problem.plane is not None:  # faces of a plane structure do not twist
-        return solution, 0.0, {"torsion_iterations": 0}
     last: Solution | None = None
     values, seconds, force = [], 0.0, solution.force
     for k in range(MAX_ITERATIONS):

@@ -12,7 +12,7 @@ from limitmason.build.arguments import courses_from, unit_size
 from limitmason.build.wall import wall
 from limitmason.checks import choice, numbers, positive
 from limitmason.errors import InputError
-from limitmason.methods import ASSOCIATIVE, MECHANISMS, get_method, options_by_method
+from limitmason.methods import ASSOCIATIVE, MECHANISMS, get_method, method_name, options_by_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.study.sweep import RunOptions, sweep
@@ -148,7 +148,7 @@ def _sizes_by_method(
         methods = (methods,) if isinstance(methods, str) else methods
         sizes = list(sizes) if isinstance(sizes, Iterable) else sizes  # those of an iterator are for every method
         sizes = dict.fromkeys((ASSOCIATIVE,) if methods is None else methods, sizes)
-    own = {m: list(v) if isinstance(v, Iterable) else v for m, v in sizes.items()}
+    own = {method_name(m): list(v) if isinstance(v, Iterable) else v for m, v in sizes.items()}
     return {m: list(dict.fromkeys(numbers(f"sizes for {m!r}", v).ravel().tolist())) for m, v in own.items()}
 
 

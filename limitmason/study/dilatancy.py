@@ -11,7 +11,7 @@ import numpy as np
 
 from limitmason.checks import count, finite
 from limitmason.errors import InputError
-from limitmason.methods import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, get_method, options_by_method
+from limitmason.methods import ASSOCIATIVE, DEM, NON_ASSOCIATIVE, get_method, method_name, options_by_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 from limitmason.model.model_call import of_model
@@ -68,7 +68,8 @@ def dilatancy_study(
     At psi = 0 the ratio is that of Table 5 of Godio, Stefanou, Sab 2017, the change at psi = phi that of their Figs 12
     and 15. Between 0 and phi the limit analysis finds the smallest admissible multiplier: it may stay below the DEM.
     """
-    methods, shares = (methods,) if isinstance(methods, str) else tuple(methods), _listed("shares", shares)
+    methods = tuple(map(method_name, (methods,) if isinstance(methods, str) else methods))
+    shares = _listed("shares", shares)
     chosen = options_by_method(methods, options)
     if blind := [m for m in methods if not get_method(m).feels("dilatancy")]:
         raise InputError(

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from walls import on_slab, stack
+from walls import on_slab, running_bond, stack
 
 import limitmason as lm
 from limitmason.answers.results import BoundKind
@@ -116,6 +116,40 @@ def test_torsion_of_a_square_face(options):
     assert free == pytest.approx(math.sqrt(0.5), abs=1e-6)
     assert limited.collapse_multiplier / unit == pytest.approx(0.382598, abs=1e-5)
     assert "estimate" in limited.bound
+
+
+@pytest.mark.parametrize(("depth", "most"), [(1.0, 1.07), (0.25, 1.14)])
+def test_shear_beside_torsion_is_taken_too_strong_by_no_more_than_the_answer_says(depth, most):
+    """A block that turns about a pole beside it: shear and torsion of uniform pressure by quadrature."""
+    assembly = on_slab([((0, 0, 0), (1.0, depth, 0.05))], mu=0.6)
+    x, y = np.meshgrid(*(side * ((np.arange(200) + 0.5) / 200 - 0.5) for side in (1.0, depth)))
+    alone = np.hypot(x, y).mean()
+    for pole in np.linspace(0.15, 0.75, 5):
+        distance = np.hypot(x - pole, y)
+        shear, torsion = ((x - pole) / distance).mean(), ((x * (x - pole) + y * y) / distance).mean()
+        live = np.zeros((2, 6))
+        live[1, 1], live[1, 5] = 0.6 * assembly.weights[1] * np.array([shear, torsion])
+        # the push acts at the joint, below the centroid: its pressure stays where it is
+        live[1, 3] = 0.025 * live[1, 1]
+        found = lm.limit_analysis(assembly, lm.Loads(lm.Loads.weight(assembly).dead, live), torsion_limit=True)
+        circle = 1.0 / np.hypot(shear, torsion / alone)
+        assert found.collapse_multiplier <= circle * 1.001  # the law of the corners may hold less
+        if depth == 1.0:
+            assert found.collapse_multiplier == pytest.approx(circle, rel=1e-3)
+        assert 1.0 <= found.collapse_multiplier <= most
+        assert "beside shear up to 7 % too strong" in found.bound
+
+
+def test_in_plane_the_torsion_limit_changes_nothing_and_the_answer_is_exact():
+    wall = running_bond(2, 3)
+    loads = lm.Loads.horizontal(wall)
+    free, limited = (lm.limit_analysis(wall, loads, torsion_limit=t) for t in (False, True))
+    assert limited.collapse_multiplier == pytest.approx(free.collapse_multiplier, rel=1e-12)
+    assert limited.bound == free.bound
+    assert limited.bound.startswith("exact")
+    assert abs(limited.certificate.gap) < 1e-6
+    twice = lm.limit_analysis(wall, loads, torsion_limit=True, in_plane=False)
+    assert "estimate" in twice.bound
 
 
 def test_eccentric_block_slides_at_exactly_mu_under_the_torsion_limit():

@@ -10,7 +10,7 @@ import limitmason as lm
 from limitmason.cli import main
 from limitmason.limit.nonassociative import analysis, force_program, ordered_search
 from limitmason.limit.nonassociative.force_program import ForceProgram
-from limitmason.limit.nonassociative.search import search_smallest
+from limitmason.limit.nonassociative.search import Effort, search_smallest
 from limitmason.methods import predict_cases
 
 
@@ -220,3 +220,16 @@ def test_the_search_with_a_little_dilatancy_ends_with_the_time_too(monkeypatch):
     # what was found until then may lie high, and is no jump
     assert np.isnan(found.details["at_small_dilatancy"])
     assert not any("jump" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("angle", [60.0, 87.0, 89.9])
+def test_the_search_ends_as_low_at_steep_friction_as_at_less_of_it(angle):
+    """1 / 1.4, proven at every one of these angles by the mixed-integer program.
+
+    Nothing slides in that state: it keeps the law at any steeper friction. The search ended at 4/3 from 87 degrees on.
+    """
+    effort = Effort(slopes=(0.005,), mixings=(0.6,), random_starts=4, pushes=(), lower_each=True, descents=4)
+    wall = running_bond(2, 3, joint=lm.Joint(angle))
+    found, _ = searched(wall, (1, 0, 0), search=effort, prove=False, measure_jump=False)
+    assert found.collapse_multiplier == pytest.approx(1.0 / 1.4, rel=1e-9)
+    assert found.certificate.complementarity < 1e-8

@@ -6,8 +6,9 @@ from giants import FRICTION, beside_giant, on_giant
 
 import limitmason as lm
 from limitmason.geometry import box
-from limitmason.limit import settlement_analysis
+from limitmason.limit import associative, settlement_analysis
 from limitmason.limit.parts import independent_parts
+from limitmason.limit.program.clarabel_solver import Carried
 from limitmason.limit.program.scaling import balanced, spread
 from limitmason.limit.program.static_theorem import make_problem
 
@@ -128,3 +129,24 @@ def test_settlement_of_one_of_two_structures():
     # the beam of 3 m turns about the inner edge of the left support, 0.5 m from its middle: R (3 - 1) = W 0.5
     assert prediction.status == "solved"
     assert prediction.reaction.least == pytest.approx(0.25 * assembly.weights[2], rel=1e-6)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 3e3])
+def test_the_other_scaling_is_another_one_of_the_same_dead_load_beside_free_loads_too(ratio, monkeypatch):
+    """The load that is free was left out, and the "other" scaling was the first again where blocks differ little."""
+    assembly = on_giant(ratio)
+    loads, asked = lm.Loads.horizontal(assembly), []
+
+    def undecided(problem, cones):
+        asked.append(problem)
+        return Carried(stands=None, force=None, velocity=None, seconds=0.0)
+
+    monkeypatch.setattr(associative, "stands_under_dead_load", undecided)
+    case = np.zeros((1, assembly.n_blocks, 6))
+    case[0, -1, 0] = loads.dead[-1, 2]
+    # a push of the top block against the live load, as far as pays
+    associative.solve_associative(make_problem(assembly, loads, cases=case))
+    first, other = asked[:2]
+    assert np.abs(first.loads.dead - loads.dead).max() > 1e-3 * abs(loads.dead[-1, 2])
+    np.testing.assert_allclose(other.loads.dead, first.loads.dead, rtol=1e-9, atol=1e-9)
+    assert not np.allclose(other.row_unit, first.row_unit)

@@ -50,6 +50,42 @@ def test_every_theory_has_the_same_name_in_predict_and_compare(name, wall):
     assert again.bound.endswith(found.bound)
 
 
+QUICK = {"search": "quick", "prove": False, "measure_jump": False}
+
+SAME_NAMES = {
+    "limit_analysis": lambda w, name: lm.limit_analysis(*w, name, **QUICK).collapse_multiplier,
+    "predict": lambda w, name: lm.predict(*w, name, **QUICK).collapse_multiplier,
+    "flow rule of predict": lambda w, name: lm.predict(*w, flow_rule=name, **QUICK).collapse_multiplier,
+    "answer": lambda w, name: answer(*w, {"peak": name}, non_associative=QUICK)["peak"],
+    "answer, options by name": lambda w, name: answer(*w, {"peak": "non-associative"}, **{name: QUICK})["peak"],
+    "compare": lambda w, name: lm.compare(*w, (name,), non_associative=QUICK)["non-associative"].multiplier,
+    "answers of compare": lambda w, name: lm.compare(*w, "non-associative", non_associative=QUICK)[name].multiplier,
+    "dilatancy study": lambda w, name: lm.study.dilatancy_study(
+        *w, [0.0], methods=name, options={name: QUICK})["multiplier"][0],
+    "experiment": lambda _, name: lm.comparison.run(
+        lm.experiments.load("ferris-tin-loi-2001", "wall-1"), flow_rule=name, kinds="published", **QUICK)[0].multiplier,
+}
+
+
+@pytest.mark.parametrize("call", SAME_NAMES)
+def test_a_hyphen_of_a_method_or_flow_rule_may_be_an_underscore(call, wall):
+    hyphen, underscore = (SAME_NAMES[call](wall, name) for name in ("non-associative", "non_associative"))
+    assert math.isfinite(hyphen)
+    assert underscore == hyphen
+
+
+def test_the_command_line_takes_an_underscore_in_a_name_too(wall, tmp_path, capsys):
+    file = str(lm.formats.write_json(tmp_path / "wall.json", *wall) or tmp_path / "wall.json")
+    for words in (["--flow-rule", "non_associative"], ["--method", "non_associative"]):
+        assert cli.main(["solve", file, *words, "--search", "quick"]) == 0
+        assert "non-associative" in capsys.readouterr().out
+
+
+def test_options_under_both_spellings_of_a_method_are_refused(wall):
+    with pytest.raises(InputError, match="'non-associative' are given twice"):
+        answer(*wall, {"lambda": "non-associative"}, **{"non-associative": QUICK, "non_associative": QUICK})
+
+
 def test_limit_takes_the_flow_rule_as_an_option(wall):
     by_rule = lm.predict(*wall, "limit", flow_rule="non-associative", search="quick")
     assert by_rule.collapse_multiplier == lm.predict(*wall, "non-associative", search="quick").collapse_multiplier

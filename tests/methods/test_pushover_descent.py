@@ -7,7 +7,7 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments
-from limitmason.capacity import frozen_friction, interior, step_equilibrium
+from limitmason.capacity import frozen_friction, interior, newton, step_equilibrium
 from limitmason.capacity.contacts import first_contacts
 from limitmason.capacity.kinematics import at_rest, contact, geometric_stiffness, make_bodies, moved
 from limitmason.capacity.point_law import ElastoplasticLaw, PlasticHistory, return_map, trial
@@ -90,7 +90,7 @@ def test_descent_interior_path_and_programs_find_the_same_states(psi, to, modulu
         start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
         programs = step_equilibrium.by_programs(system, *start)[0]
         for way in (frozen_friction, interior) if to[1] == 0.0 else (frozen_friction,):
-            found = way.solve(system, node.pose, node.multiplier, node.history, target)
+            found = way.solve(newton.Way.begin(system, node.pose, node.multiplier, node.history, target))
             assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
             assert found.state.force == pytest.approx(programs.state.force, abs=1e-5 * system.weight)
 

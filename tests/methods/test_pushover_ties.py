@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import dem
 import limitmason as lm
-from limitmason.capacity import frozen_friction, step_equilibrium, system, ties
+from limitmason.capacity import frozen_friction, newton, step_equilibrium, system, ties
 from limitmason.capacity.kinematics import at_rest, moved
 from limitmason.errors import NotApplicable
 
@@ -168,7 +168,7 @@ def test_newton_descent_and_programs_find_the_same_tensions():
         node, target = curve.nodes[k], curve.nodes[k + 3].control
         start = node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio
         programs = step_equilibrium.by_programs(made, *start)[0]
-        found = frozen_friction.solve(made, node.pose, node.multiplier, node.history, target)
+        found = frozen_friction.solve(newton.Way.begin(made, node.pose, node.multiplier, node.history, target))
         assert found.multiplier == pytest.approx(programs.multiplier, abs=1e-8)
         assert found.state.pulled.tension == pytest.approx(programs.state.pulled.tension, abs=1e-4)
 

@@ -7,14 +7,11 @@ The power of slack against rate,
 is linear in the forces for fixed velocities. For fixed N' its least value over the velocities is the dual of the cone
 program with slope tan(psi) and constant c' + (tan(phi) - tan(psi)) N'. Zero gap is an exact state. In plane linear
 programs do better (``polish``); this is the way in 3-D and where those find nothing.
-
-``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
 """
-
-import time
 
 import numpy as np
 
+from limitmason.limit.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 
@@ -46,16 +43,14 @@ STALLED = 1e-8
 class ConePrograms:
     """The two programs of the alternation, set up once per problem."""
 
-    def __init__(self, law: JointLaw, deadline: float = np.inf) -> None:
-        """Programs of a joint law; one that runs ends at the ``deadline``."""
-        self.law = law
+    def __init__(self, law: JointLaw, deadline: Deadline = NEVER) -> None:
+        """Programs of a joint law; one that runs ends at the ``deadline``, and so does what is done with them."""
+        self.law, self.deadline = law, deadline
         self.forces = ForceProgram(law, deadline=deadline)
         self.velocities = ForceProgram(law, slope=law.tan_psi, deadline=deadline)
 
 
-def alternate(
-    programs: ConePrograms, state: ForceState, *, theta: float = 0.0, steps: int = 60, deadline: float = np.inf
-) -> ForceState | None:
+def alternate(programs: ConePrograms, state: ForceState, *, theta: float = 0.0, steps: int = 60) -> ForceState | None:
     """Alternate programs of forces and of velocities on theta lambda + gap.
 
     That sum never rises. Each program takes the other's last answer as fixed.
@@ -65,7 +60,6 @@ def alternate(
     state : near-admissible; only its velocities are used
     theta : weight of the multiplier [-]; above zero that is pushed down at the expense of the law
     steps : most rounds of two programs
-    deadline : reading of ``time.perf_counter`` after which no further round begins
 
     Returns
     -------
@@ -81,7 +75,7 @@ def alternate(
         if answer is None:
             break
         multiplier, force = answer
-        if time.perf_counter() > deadline:  # the next program would end after the limit too
+        if programs.deadline.passed:  # the next program would end after the limit too
             return best or ForceState(multiplier, force, velocity)
         normal = np.maximum(split(law, force)[0], 0.0)
         _, dual = programs.velocities.largest(law.cohesion + (law.tan_phi - law.tan_psi) * normal)
@@ -97,14 +91,12 @@ def alternate(
             best, least = found, off
         stalled = k > FIRST_ROUNDS and abs(history[-1] - history[-1 - LAST_ROUNDS]) < SETTLED * history[-1]
         spent = theta > 0 and merit > last - STALLED * max(1.0, abs(last))  # the push lowers nothing more
-        if stalled or spent or (theta == 0 and off < EXACT) or time.perf_counter() > deadline:
+        if stalled or spent or (theta == 0 and off < EXACT) or programs.deadline.passed:
             break
     return best
 
 
-def complying_forces(
-    law: JointLaw, state: ForceState, *, largest: bool = False, deadline: float = np.inf
-) -> ForceState | None:
+def complying_forces(programs: ConePrograms, state: ForceState, *, largest: bool = False) -> ForceState | None:
     """Smallest, or largest, multiplier whose forces comply with an exact mechanism.
 
     A point that opens bears nothing, one that slides is on its cone against the slip, one that closes by crushing bears
@@ -114,19 +106,19 @@ def complying_forces(
     ----------
     state : exact; its velocities are kept
     largest : the largest multiplier instead of the smallest
-    deadline : reading of ``time.perf_counter`` at which the program ends without an answer
 
     Returns
     -------
     The state with the new forces and the old velocities, None where the program has no answer.
     """
+    law = programs.law
     opening, sliding, slip = split(law, law.matrix.T @ state.velocity)
     gap = opening - law.tan_psi * slip
     closing = np.isfinite(law.crushing) & (gap < -ACTIVE)
     slides = slip > ACTIVE
     direction = sliding / np.maximum(slip, 1e-300)[:, None]  # of points that do not slide, it is not used
     program = ForceProgram(
-        law, opening=gap > ACTIVE, sliding=slides, direction=direction, closing=closing, deadline=deadline
+        law, opening=gap > ACTIVE, sliding=slides, direction=direction, closing=closing, deadline=programs.deadline
     )
     answer = program.solve(-1.0 if largest else 1.0)
     return None if answer is None else ForceState(*answer, state.velocity)
@@ -134,7 +126,7 @@ def complying_forces(
 
 def lower(
     programs: ConePrograms, state: ForceState, *, thetas: tuple[float, ...] = (0.003, 0.01, 0.03, 0.1, 0.3),
-    tolerance: float = 1e-8, deadline: float = np.inf,
+    tolerance: float = 1e-8,
 ) -> ForceState:
     """Lower the multiplier of an exact state by alternating cone programs.
 
@@ -146,7 +138,6 @@ def lower(
     state : exact within ``tolerance``
     thetas : weights of the multiplier [-], tried in turn
     tolerance : violation of the true law up to which a state counts [-]
-    deadline : reading of ``time.perf_counter`` after which nothing further is tried
 
     Returns
     -------
@@ -162,15 +153,15 @@ def lower(
             best = found
 
     for theta in thetas:
-        if time.perf_counter() > deadline:
+        if programs.deadline.passed:
             break
-        pushed = alternate(programs, best, theta=theta, steps=PUSH_ROUNDS, deadline=deadline)
-        if time.perf_counter() > deadline:
+        pushed = alternate(programs, best, theta=theta, steps=PUSH_ROUNDS)
+        if programs.deadline.passed:
             break
         # the way back to the law ends no lower than the push has gone: a push that is no lower is not worth it
         if pushed is not None and pushed.multiplier < best.multiplier - LOWER:
-            keep(alternate(programs, pushed, deadline=deadline))
-        if complied is not best and time.perf_counter() < deadline:
+            keep(alternate(programs, pushed))
+        if complied is not best and not programs.deadline.passed:
             complied = best
-            keep(complying_forces(programs.law, best, deadline=deadline))
+            keep(complying_forces(programs, best))
     return best

@@ -1,7 +1,4 @@
-"""Non-associative limit analysis, 0 <= psi <= phi: the smallest multiplier.
-
-``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
-"""
+"""Non-associative limit analysis, 0 <= psi <= phi: the smallest multiplier."""
 
 import time
 from collections.abc import Callable
@@ -16,6 +13,7 @@ from limitmason.checks import choice, count, listener, positive, switch
 from limitmason.display.progress import noted
 from limitmason.errors import InputError
 from limitmason.limit.associative import solve_associative
+from limitmason.limit.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import SAME_ANGLE, ForceState, JointLaw, exact, joint_law, violation
 from limitmason.limit.nonassociative.ordered_search import (
@@ -148,7 +146,7 @@ def solve_nonassociative(
     for name, number in (("time_limit", time_limit), ("proof_seconds", proof_seconds)):
         if number is not None and number != np.inf:
             positive(name, number)
-    deadline = np.inf if time_limit is None else start + time_limit
+    deadline = Deadline.after(time_limit)
     proving = proof_is_tried(problem, prove, named)
     if proof_seconds is not None and not proving:
         raise InputError(
@@ -185,7 +183,7 @@ def solve_nonassociative(
     details["interval_at_mechanism"] = (state.multiplier * problem.live_scale,) * 2
     if found.interrupted:
         status = Status.INTERRUPTED
-    elif status == Status.SOLVED and time.perf_counter() < deadline:
+    elif status == Status.SOLVED and not deadline.passed:
         if measure_jump is None:
             measure_jump = problem.plane is not None and problem.points.count <= JUMP_POINTS
         limits = None if proof is None else velocity_limits(problem)[ordered.order.row]
@@ -250,7 +248,7 @@ def _told(progress: Callable[[Trial], None] | None, scale: float) -> Callable[[T
     return tell
 
 
-def radenkovic_lower(law: JointLaw, deadline: float = np.inf) -> float:
+def radenkovic_lower(law: JointLaw, deadline: Deadline = NEVER) -> float:
     """Radenkovic's lower bound: scaled associative multiplier for friction tan(psi).
 
     The law |T| <= c' + tan(psi) N' lies inside the true one. It is NaN where no forces are found within it, also when a
@@ -278,7 +276,7 @@ def _scaled_upper(problem: Problem, upper: Prediction) -> float:
 
 
 def _around(
-    problem: Problem, law: JointLaw, state: ForceState, accuracy: float, deadline: float, limits: Array | None, *,
+    problem: Problem, law: JointLaw, state: ForceState, accuracy: float, deadline: Deadline, limits: Array | None, *,
     jump: bool,
 ) -> dict[str, Any]:
     """Entries of the details: multipliers at the mechanism, and at a little dilatancy.
@@ -287,13 +285,13 @@ def _around(
     ----------
     law, state : in the order of ``ordered_search.Ordered``, read off the geometry
     accuracy : violation that counts as none [-]
-    deadline : of ``time.perf_counter``
+    deadline : of the whole analysis
     limits : bounds on velocities for a proof with a little dilatancy, shape (r,), in the same order; None for no proof
     jump : whether the multiplier with a little dilatancy is looked for
     """
     ends = Polisher(law, accuracy, deadline=deadline).multiplier_interval(state)
     out: dict[str, Any] = {"interval_at_mechanism": tuple(e * problem.live_scale for e in ends)}
-    if jump and time.perf_counter() < deadline and (law.tan_psi[law.tan_phi > 0] == 0).any():
+    if jump and not deadline.passed and (law.tan_psi[law.tan_phi > 0] == 0).any():
         with handed_on():
             scaled = _at_small_dilatancy(law, state, accuracy, deadline, limits)
             out["at_small_dilatancy"] = scaled * problem.live_scale
@@ -301,7 +299,7 @@ def _around(
 
 
 def _at_small_dilatancy(
-    law: JointLaw, state: ForceState, accuracy: float, deadline: float, limits: Array | None
+    law: JointLaw, state: ForceState, accuracy: float, deadline: Deadline, limits: Array | None
 ) -> float:
     """Smallest scaled multiplier [-] of a short search with a little dilatancy, or NaN.
 
@@ -313,7 +311,7 @@ def _at_small_dilatancy(
     ----------
     law, state : without dilatancy, in the order of ``ordered_search.Ordered``, read off the geometry
     accuracy : violation that counts as none [-]
-    deadline : of ``time.perf_counter``
+    deadline : of the whole analysis
     limits : bounds on velocities for a proof, shape (r,), in the same order; None for no proof
     """
     little = law._replace(tan_psi=np.where(law.tan_psi == 0, SMALL_DILATANCY * law.tan_phi, law.tan_psi))
@@ -333,7 +331,7 @@ def _at_small_dilatancy(
         if best is None or best.multiplier > state.multiplier * (1.0 + JUMP):
             proof = prove_smallest(
                 PlanePrograms(little), best, limits, force_bound=FORCE_BOUND, widenings=WIDENINGS,
-                time_limit=max(min(PROOF_SECONDS["quick"], deadline - time.perf_counter()), 0.0),
+                deadline=deadline.within(PROOF_SECONDS["quick"]),
             )
             best = proof.state if proof.proven else None
     return float("nan") if best is None else best.multiplier

@@ -1,17 +1,14 @@
 """Cone programs over forces that equilibrium and a joint law admit.
 
 Clarabel keeps its set-up from solve to solve: only the objective or the right-hand side may change.
-
-``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
 """
-
-import time
 
 import clarabel
 import numpy as np
 from scipy import sparse
 
 from limitmason.arrays import Array, Flags
+from limitmason.limit.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, normalised
 from limitmason.limit.program.clarabel_solver import solver_settings
 
@@ -41,7 +38,7 @@ class ForceProgram:
     direction : unit sliding directions d, shape (m, c - 1); shear acts against them
     closing : points held at N' = q, where joints crush or ties yield, shape (m,)
     tolerance : of the interior-point method [-]
-    deadline : reading of ``time.perf_counter`` at which a program that is being solved ends, without an answer
+    deadline : at which a program that is being solved ends, without an answer
 
     Attributes
     ----------
@@ -53,7 +50,7 @@ class ForceProgram:
     def __init__(
         self, law: JointLaw, *, slope: Array | None = None, opening: Flags | None = None, sliding: Flags | None = None,
         direction: Array | None = None, closing: Flags | None = None, tolerance: float = TOLERANCE,
-        deadline: float = np.inf,
+        deadline: Deadline = NEVER,
     ) -> None:
         """Set up rows: equations, orthant, cones; arguments are those of the class."""
         m, c = len(law.tan_phi), law.components
@@ -109,7 +106,7 @@ class ForceProgram:
         The solver is made once: an update keeps its factorisation of the pattern.
         """
         matrix, kinds, settings = self._arguments
-        settings.time_limit = max(self.deadline - time.perf_counter(), GRACE)
+        settings.time_limit = max(self.deadline.left, GRACE)
         if self._solver is None:
             n = len(self._objective)
             quadratic = sparse.csc_matrix((n, n))

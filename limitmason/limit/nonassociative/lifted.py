@@ -5,7 +5,6 @@ Y = x y^T, complementarity included, so that minimising lambda over Y bounds it 
 reformulation-linearisation technique). The normalisation live . v = live_size gives back x = Y live / live_size.
 """
 
-import time
 from typing import NamedTuple
 
 import highspy
@@ -13,6 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from limitmason.arrays import Array
+from limitmason.limit.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.mixed_integer import INF, make_model, sliding_groups
 from limitmason.limit.nonassociative.polish import PlanePrograms
 
@@ -97,14 +97,14 @@ def _program(programs: PlanePrograms, low: float, high: float) -> tuple[Array, s
     return cost, matrix, row_low, row_high
 
 
-def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit: float = 60.0) -> LiftedBound:
+def lifted_bound(programs: PlanePrograms, low: float, high: float, deadline: Deadline = NEVER) -> LiftedBound:
     """Smallest lambda of the lifted linear program.
 
     Parameters
     ----------
     programs : of a plane problem without crushing
     low, high : scaled multipliers that bound lambda: zero and the associative value
-    time_limit : [s]
+    deadline : at which the solver stops, without a bound
 
     Returns
     -------
@@ -116,14 +116,13 @@ def lifted_bound(programs: PlanePrograms, low: float, high: float, *, time_limit
     value is that of the dual vector, made feasible in sign and charged with its residual times the size of the primal
     solution: a numerical proof, not one in exact arithmetic.
     """
-    began = time.perf_counter()
     cost, matrix, row_low, row_high = _program(programs, low, high)
     free = np.full(len(cost), INF)
     model = make_model(cost, matrix, row_low, row_high, -free, free)
     # any dual vector gives a bound: an interior point serves, without the way from there to a vertex
     model.setOptionValue("solver", "ipm")
     model.setOptionValue("run_crossover", "off")
-    model.setOptionValue("time_limit", max(float(time_limit) - (time.perf_counter() - began), LEAST_SECONDS))
+    model.setOptionValue("time_limit", max(deadline.left, LEAST_SECONDS))
     model.run()
     status = model.modelStatusToString(model.getModelStatus())
     if model.getModelStatus() != highspy.HighsModelStatus.kOptimal:

@@ -2,8 +2,6 @@
 
 The search is :mod:`limitmason.limit.nonassociative.search`, the proof
 :mod:`limitmason.limit.nonassociative.smallest_proof`.
-
-``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
 """
 
 import time
@@ -14,6 +12,7 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.display.progress import reached, task
 from limitmason.errors import NotApplicable
+from limitmason.limit.deadline import Deadline
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.numbering import Numbering, numbering
@@ -80,7 +79,7 @@ def proof_is_tried(problem: Problem, prove: bool | None, search: str) -> bool:
 
 
 def search_and_prove(
-    problem: Problem, law: JointLaw, effort: Effort, seconds: float, deadline: float, verbose: bool, *,
+    problem: Problem, law: JointLaw, effort: Effort, seconds: float, deadline: Deadline, verbose: bool, *,
     low: float, top: float, **options: Any,
 ) -> tuple[Ordered, SearchOutcome, Extreme | None]:
     """Search the smallest multiplier, and prove it where there is time for a proof.
@@ -93,7 +92,7 @@ def search_and_prove(
     law : of the problem, in the order of its own rows
     effort : of the whole search
     seconds : for the proof, zero for none
-    deadline : reading of ``time.perf_counter`` at which everything stops; infinite for none
+    deadline : at which everything stops
     verbose : let the mixed-integer solver write its log
     low, top : scaled multipliers that no state passes [-]; NaN and infinite for none
     options : seed, accuracy and progress of :func:`limitmason.limit.nonassociative.search.search_smallest`
@@ -117,7 +116,7 @@ def search_and_prove(
     try:
         proof = prove_smallest(
             PlanePrograms(ordered.law), found.best, velocity_limits(problem)[ordered.order.row], low=low, top=top,
-            force_bound=FORCE_BOUND, time_limit=max(min(seconds, deadline - time.perf_counter()), 0.0),
+            force_bound=FORCE_BOUND, deadline=deadline.within(seconds),
             tolerance=size * PROOF_TOLERANCE, widenings=WIDENINGS, verbose=verbose,
         )
         off = np.inf if proof.state is None else violation(ordered.law, proof.state).worst
@@ -144,7 +143,7 @@ def search_and_prove(
 
 
 def _in_order_of_geometry(
-    problem: Problem, law: JointLaw, effort: Effort, *, deadline: float, **options: Any
+    problem: Problem, law: JointLaw, effort: Effort, *, deadline: Deadline, **options: Any
 ) -> tuple[Ordered, SearchOutcome]:
     """Search in an order read off the geometry, not from the numbers of blocks.
 
@@ -156,7 +155,7 @@ def _in_order_of_geometry(
     ----------
     problem : the static theorem, whose geometry gives the order
     law : of the problem, in the order of its own rows
-    deadline : reading of ``time.perf_counter`` at which it stops
+    deadline : at which it stops
     options : accuracy, seed, floor and progress of :func:`search_smallest`
 
     Returns
@@ -169,7 +168,7 @@ def _in_order_of_geometry(
         effort = LARGE
     known, at_rest, interrupted = None, False, False
     for mirrored in (False, True):
-        if mirrored and (not effort.mirrored or time.perf_counter() > deadline):
+        if mirrored and (not effort.mirrored or deadline.passed):
             break
         order = numbering(problem, mirrored=mirrored)
         ordered = Ordered(order, order.law(law))
@@ -182,7 +181,7 @@ def _in_order_of_geometry(
             interrupted = True
             ends_early()
             break
-        if mirrored and time.perf_counter() > deadline:
+        if mirrored and deadline.passed:
             break
         # a state that keeps the law for this psi is one to begin with, ``known``; little is then tried beside it, and
         # by ``AT_REST`` nothing in the mirrored order
@@ -192,8 +191,7 @@ def _in_order_of_geometry(
             if options["progress"] is not None:
                 options["progress"](trial)
         # of two orders the first has half of the time; without a limit both have no end
-        now = time.perf_counter()
-        until = deadline if mirrored or not effort.mirrored else now + 0.5 * max(deadline - now, 0.0)
+        until = deadline if mirrored or not effort.mirrored else Deadline.after(0.5 * deadline.left)
         share = 0.5 if effort.mirrored else 1.0  # of the progress that is shown
         reached(share * mirrored, "mirrored" if mirrored else "", share=share)
         with task("search"):
@@ -227,7 +225,7 @@ def _at_rest(law: JointLaw, state: ForceState, seconds: float) -> Trial:
     )
 
 
-def _starting_forces(law: JointLaw, deadline: float) -> tuple[Array, ForceState | None]:
+def _starting_forces(law: JointLaw, deadline: Deadline) -> tuple[Array, ForceState | None]:
     """Normal forces N' to start from, scaled, (m,), and the associative state.
 
     N' = N + t is counted from the tension corner, see :class:`JointLaw`. Where the live load has no power in the

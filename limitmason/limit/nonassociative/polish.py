@@ -6,11 +6,8 @@ In plane the law of a point is four complementary pairs of linear expressions,
 
 with R = c' + tan(phi) N', e_t = z- - z+ and e_n = tan(psi) (z+ + z-) + p - k. Forces and velocities each fill a
 polyhedron; only the products couple them. Arrays of shape (4, m) hold the pairs in this order.
-
-``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
 """
 
-import time
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +16,7 @@ from scipy.optimize import linprog
 
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
+from limitmason.limit.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw
 
 ACTIVE = 1e-9
@@ -57,6 +55,7 @@ class PlanePrograms:
     Attributes
     ----------
     law : of the plane problem, with n equilibrium rows and m points
+    deadline : after which what is done with these programs begins no further one
     m, n : these numbers
     unit : load of a mean block, in scaled forces: the unit of forces in these programs
     normal, tangent : columns of the equilibrium matrix of N' and of T, shape (n, m) each
@@ -64,14 +63,14 @@ class PlanePrograms:
     cone, cone_bound : |T| <= R as cone (N', T, lambda) <= cone_bound, shapes (2 m, 2 m + 1) and (2 m,)
     """
 
-    def __init__(self, law: JointLaw) -> None:
+    def __init__(self, law: JointLaw, deadline: Deadline = NEVER) -> None:
         """Rows of the programs of forces (N', T, lambda) and of velocities (v, z+, z-, k).
 
         z+ and z- are the slip rates to either side of every point, k its rate of crushing.
         """
         if law.components != 2:
             raise InputError("the plane polish needs a problem reduced to the plane")
-        self.law = law
+        self.law, self.deadline = law, deadline
         self.m, self.n = len(law.tan_phi), law.matrix.shape[0]
         # the total load is sqrt(n) scaled units, so that of a mean block, the unit of these programs, is 1 / total
         self.unit = law.total / max(law.total**2, 1.0)
@@ -212,7 +211,7 @@ class PlanePrograms:
         return None if answer.x is None or answer.status != 0 else answer.x[:n]
 
 
-def polish(programs: PlanePrograms, state: ForceState, *, deadline: float = np.inf) -> ForceState | None:
+def polish(programs: PlanePrograms, state: ForceState) -> ForceState | None:
     """Exact state near a given one, smallest on its active set, or None.
 
     The larger of slack and rate decides which of the two vanishes. Velocities come first, with the vanishing rates
@@ -223,12 +222,11 @@ def polish(programs: PlanePrograms, state: ForceState, *, deadline: float = np.i
     ----------
     programs : of the plane problem
     state : near-admissible, for example the end of a sequence
-    deadline : reading of ``time.perf_counter`` after which no further program begins, here and below
     """
     slack = np.maximum(programs.slacks(state.force), 0.0)
     rate = np.maximum(programs.rates(state.velocity), 0.0)
     for threshold in THRESHOLDS:
-        if time.perf_counter() > deadline:
+        if programs.deadline.passed:
             return None
         may_move = (rate > threshold * slack) | (slack <= ACTIVE)
         velocity = programs.velocities(weight=slack, zero=~may_move)
@@ -237,16 +235,11 @@ def polish(programs: PlanePrograms, state: ForceState, *, deadline: float = np.i
         answer = programs.forces(theta=1.0, zero=programs.rates(velocity) > ACTIVE)
         if answer is not None:
             return ForceState(answer.multiplier, answer.force, velocity)
-    return alternate_plane(programs, state, deadline=deadline)
+    return alternate_plane(programs, state)
 
 
 def alternate_plane(
-    programs: PlanePrograms,
-    state: ForceState,
-    *,
-    theta: float = 0.0,
-    steps: int = 30,
-    deadline: float = np.inf,
+    programs: PlanePrograms, state: ForceState, *, theta: float = 0.0, steps: int = 30
 ) -> ForceState | None:
     """Alternate force and velocity programs on theta lambda + gap, which never rises.
 
@@ -255,7 +248,6 @@ def alternate_plane(
     state : near-admissible; only its velocities are used
     theta : price of the multiplier [-]; 0 looks for the nearest exact state, a positive one descends
     steps : pairs of programs at most
-    deadline : of ``time.perf_counter``
 
     Returns
     -------
@@ -275,20 +267,15 @@ def alternate_plane(
         gap = programs.gap(answer.force, velocity)
         merit = theta * answer.multiplier + gap
         done = (theta == 0 and gap < EXACT) or merit > last - STALLED * max(1.0, abs(last))
-        if done or time.perf_counter() > deadline:
+        if done or programs.deadline.passed:
             break
         last = merit
     return best
 
 
 def descend(
-    programs: PlanePrograms,
-    state: ForceState,
-    *,
-    rounds: int = 20,
-    tries: int = 0,
+    programs: PlanePrograms, state: ForceState, *, rounds: int = 20, tries: int = 0,
     random: np.random.Generator | None = None,
-    deadline: float = np.inf,
 ) -> ForceState:
     """Lower the multiplier of an exact state by linear programs in turn.
 
@@ -301,7 +288,6 @@ def descend(
     rounds : pairs of linear programs at most; the search is local
     tries : rounds with weights disturbed by ``random``, begun where lambda falls no further
     random : None for no disturbance, whatever ``tries``
-    deadline : of ``time.perf_counter``
 
     Returns
     -------
@@ -315,7 +301,7 @@ def descend(
     best = ForceState(answer.multiplier, answer.force, state.velocity)
     noise: Array | float = 0.0
     for _ in range(rounds):
-        if time.perf_counter() > deadline:
+        if programs.deadline.passed:
             break
         velocity = programs.velocities(weight=answer.gain + noise, zero=programs.slacks(best.force) > ACTIVE)
         if velocity is None:

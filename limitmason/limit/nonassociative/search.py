@@ -2,8 +2,6 @@
 
 The multiplier is not unique for psi < phi. Every candidate is polished and checked against the true law before it
 counts, so that the smallest one found is admissible; that nothing lies below it is not proven.
-
-``deadline`` is a reading of ``time.perf_counter`` after which no further program begins.
 """
 
 import time
@@ -14,11 +12,12 @@ import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.display.progress import reached
+from limitmason.limit.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.alternating import ConePrograms, alternate, complying_forces, lower
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval_in_plane, polish
 from limitmason.limit.nonassociative.sequential import SchemeRun, SchemeSettings, run_sequence
-from limitmason.limit.nonassociative.starts import random_start, slopes_for
+from limitmason.limit.nonassociative.starts import no_steeper, random_start, slopes_for
 from limitmason.storage.interrupts import ends_early
 
 
@@ -132,7 +131,7 @@ class Polisher:
 
     def __init__(
         self, law: JointLaw, accuracy: float, *, descents: int = 0, random: np.random.Generator | None = None,
-        deadline: float = np.inf,
+        deadline: Deadline = NEVER,
     ) -> None:
         """Prepare the programs of a joint law.
 
@@ -146,7 +145,7 @@ class Polisher:
         """
         self.law, self.accuracy, self.descents, self.random, self.deadline = law, accuracy, descents, random, deadline
         self.cones = ConePrograms(law, deadline)
-        self.plane = PlanePrograms(law) if law.components == 2 else None
+        self.plane = PlanePrograms(law, deadline) if law.components == 2 else None
 
     def exact_near(self, state: ForceState) -> ForceState | None:
         """Exact state near a given one, or the nearest that was found, or None.
@@ -155,20 +154,19 @@ class Polisher:
         scheme leaves it.
         """
         if self.plane is None:
-            return alternate(self.cones, state, deadline=self.deadline)
-        found = polish(self.plane, state, deadline=self.deadline)
-        if time.perf_counter() > self.deadline:
+            return alternate(self.cones, state)
+        found = polish(self.plane, state)
+        if self.deadline.passed:
             return found or state
         # where linear programs do not reach the law, cone programs come nearer first
         if not exact(found, self.law, self.accuracy):
-            around = alternate(self.cones, state, deadline=self.deadline)
-            again = None if around is None else polish(self.plane, around, deadline=self.deadline)
+            around = alternate(self.cones, state)
+            again = None if around is None else polish(self.plane, around)
             found = again if exact(again, self.law, self.accuracy) else found or around
         if not exact(found, self.law, self.accuracy):
             return found
         lowered = descend(
-            self.plane, found, rounds=ROUNDS + self.descents, tries=self.descents, random=self.random,
-            deadline=self.deadline,
+            self.plane, found, rounds=ROUNDS + self.descents, tries=self.descents, random=self.random
         )
         return lowered if exact(lowered, self.law, self.accuracy) else found
 
@@ -178,9 +176,9 @@ class Polisher:
         It may lie above ``state``, from which it is reached: the weight leads away, alternation back to the law.
         """
         if self.plane is None:
-            return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy, deadline=self.deadline)
-        pushed = alternate_plane(self.plane, state, theta=theta, steps=PUSH_STEPS, deadline=self.deadline)
-        back = None if pushed is None else alternate_plane(self.plane, pushed, deadline=self.deadline)
+            return lower(self.cones, state, thetas=(theta,), tolerance=self.accuracy)
+        pushed = alternate_plane(self.plane, state, theta=theta, steps=PUSH_STEPS)
+        back = None if pushed is None else alternate_plane(self.plane, pushed)
         return None if back is None else self.exact_near(back)
 
     def multiplier_interval(self, state: ForceState) -> tuple[float, float]:
@@ -189,7 +187,7 @@ class Polisher:
             return interval_in_plane(self.plane, state)
         ends = [state.multiplier]
         for largest in (False, True):
-            found = complying_forces(self.law, state, largest=largest, deadline=self.deadline)
+            found = complying_forces(self.cones, state, largest=largest)
             if exact(found, self.law, self.accuracy):
                 ends.append(found.multiplier)
         return min(ends), max(ends)
@@ -197,7 +195,7 @@ class Polisher:
 
 def search_smallest(
     law: JointLaw, start: Array, *, effort: Effort = EFFORTS["standard"], seed: int = 0, accuracy: float = 1e-8,
-    deadline: float = np.inf, floor: float = -np.inf, known: ForceState | None = None,
+    deadline: Deadline = NEVER, floor: float = -np.inf, known: ForceState | None = None,
     progress: Callable[[Trial], None] | None = None,
 ) -> SearchOutcome:
     """Smallest certified multiplier over variants, random starts and pushes.
@@ -212,7 +210,7 @@ def search_smallest(
     effort : how much is tried; a count, so that equal arguments give equal results
     seed : of the random starts
     accuracy : largest violation of the true law of a candidate that counts [-]
-    deadline : reading of ``time.perf_counter`` at which it stops; the result then depends on the machine
+    deadline : at which it stops; the result then depends on the machine
     floor : scaled multiplier that no state passes
     known : exact state to begin with
     progress : called with every trial
@@ -231,7 +229,7 @@ def search_smallest(
         interrupted = True
         ends_early()
     closed = search.closed
-    stopped = (interrupted or time.perf_counter() > deadline) and not closed
+    stopped = (interrupted or deadline.passed) and not closed
     return SearchOutcome(
         search.best, search.nearest, tuple(search.trials), search.first_run, stopped, closed,
         interrupted=stopped and interrupted,
@@ -255,7 +253,7 @@ class _Trials:
     """
 
     def __init__(
-        self, law: JointLaw, effort: Effort, seed: int, accuracy: float, deadline: float, floor: float,
+        self, law: JointLaw, effort: Effort, seed: int, accuracy: float, deadline: Deadline, floor: float,
         known: ForceState | None, progress: Callable[[Trial], None] | None,
     ) -> None:
         """Begin without any trial; arguments as of :func:`search_smallest`."""
@@ -279,7 +277,7 @@ class _Trials:
     @property
     def over(self) -> bool:
         """Whether no further trial is to begin: it is closed, or its time is up."""
-        return self.closed or time.perf_counter() > self.deadline
+        return self.closed or self.deadline.passed
 
     def sequences(self, start: Array) -> None:
         """Try every slope and mixing of the scheme, the usual mixings first.
@@ -293,7 +291,9 @@ class _Trials:
                 # something must be tried, even without any time
                 if not (self.over and (self.trials or self.best is not None)):
                     variant = SchemeSettings(slope=slope, mixing=mixing)
-                    self._attempt(f"sequence, {variant}", start, variant, push=self.effort.lower_each)
+                    self._attempt(
+                        f"sequence, {variant}", start, variant, push=self.effort.lower_each, law=self.law
+                    )
 
     def random_starts(self, start: Array) -> None:
         """Run the scheme from random normal forces, with random settings.
@@ -311,7 +311,7 @@ class _Trials:
             slope, mixing = 10 ** self.random.uniform(-3, -1), self.random.uniform(0.3, 0.95)
             variant = SchemeSettings(slope=float(slope), mixing=float(mixing))
             if normal is not None:
-                self._attempt(f"{kind}, {variant}", normal, variant, push=False)
+                self._attempt(f"{kind}, {variant}", normal, variant, push=False, law=no_steeper(self.law))
 
     def pushes(self) -> None:
         """Push the best state down by every weight of the effort, in space to the end."""
@@ -322,10 +322,12 @@ class _Trials:
             self._keep(f"push, weight {theta:g}", self.polisher.push(self.best, theta), None, since)
         if self.polisher.plane is None and self.best is not None and not self.over:
             since = time.perf_counter()
-            lowered = lower(self.polisher.cones, self.best, tolerance=self.accuracy, deadline=self.deadline)
+            lowered = lower(self.polisher.cones, self.best, tolerance=self.accuracy)
             self._keep("push of the best", lowered, None, since)
 
-    def _attempt(self, strategy: str, normal: Array, variant: SchemeSettings, *, push: bool) -> None:
+    def _attempt(
+        self, strategy: str, normal: Array, variant: SchemeSettings, *, push: bool, law: JointLaw
+    ) -> None:
         """Run the sequential scheme, make its end exact and, in space, push it down.
 
         Parameters
@@ -334,9 +336,10 @@ class _Trials:
         normal : normal forces N' to begin with, scaled, shape (m,)
         variant : settings of the scheme
         push : whether the end is pushed down, which in plane the descent has done already
+        law : that the scheme runs with
         """
         since = time.perf_counter()
-        run = run_sequence(self.law, normal, variant, deadline=self.deadline)
+        run = run_sequence(law, normal, variant, self.deadline)
         self.first_run = self.first_run or run
         candidate = run.state
         if candidate is not None and not self.over:
@@ -344,7 +347,7 @@ class _Trials:
         self._keep(strategy, candidate, run, since)
         if push and self.polisher.plane is None and exact(candidate, self.law, self.accuracy):
             since = time.perf_counter()
-            lowered = lower(self.polisher.cones, candidate, tolerance=self.accuracy, deadline=self.deadline)
+            lowered = lower(self.polisher.cones, candidate, tolerance=self.accuracy)
             self._keep(f"{strategy}, pushed", lowered, None, since)
 
     def _keep(self, strategy: str, candidate: ForceState | None, run: SchemeRun | None, since: float) -> None:

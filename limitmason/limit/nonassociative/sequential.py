@@ -1,11 +1,11 @@
 """Sequential scheme for psi < phi: programs with cones frozen at the last forces."""
 
-import time
 from typing import NamedTuple
 
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.limit.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, excess, split
 
@@ -52,9 +52,7 @@ class SchemeRun(NamedTuple):
     excess: float  # of the last forces over the true law, relative to the total load
 
 
-def run_sequence(
-    law: JointLaw, start: Array, variant: SchemeSettings, *, deadline: float = np.inf
-) -> SchemeRun:
+def run_sequence(law: JointLaw, start: Array, variant: SchemeSettings, deadline: Deadline = NEVER) -> SchemeRun:
     """Sequence of cone programs that tends to a state of the non-associative law.
 
     Step k maximises lambda with |T| <= c_k + (tan psi - a tan phi) N',
@@ -65,7 +63,7 @@ def run_sequence(
     law : of the problem
     start : normal forces N_0 from the tension corner, scaled, shape (m,)
     variant : a, b and c0
-    deadline : reading of ``time.perf_counter`` after which no further step begins
+    deadline : after which no further step begins
 
     Returns
     -------
@@ -97,9 +95,9 @@ def run_sequence(
             frozen = variant.mixing * normal + (1.0 - variant.mixing) * frozen
             idle = 0 if exceeded < PROGRESS * best else idle + 1
             best = min(best, exceeded)
-            if change < SETTLED or idle >= PATIENCE or time.perf_counter() > deadline:
+            if change < SETTLED or idle >= PATIENCE or deadline.passed:
                 break
-        if not failed or time.perf_counter() > deadline:
+        if not failed or deadline.passed:
             break
         # in turn, as either may be why the program failed
         if attempt % 2 == 0:

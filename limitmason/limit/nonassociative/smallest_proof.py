@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array
+from limitmason.limit.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact
 from limitmason.limit.nonassociative.lifted import MAX_ROWS, lifted_bound, lifted_rows
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
@@ -104,7 +105,7 @@ def close(value: float, bound: float, tolerance: float) -> bool:
 
 def prove_smallest(
     programs: PlanePrograms, found: ForceState | None, limits: Array, *, low: float = 0.0, top: float = np.inf,
-    velocity_bound: float = 20.0, force_bound: float = 20.0, time_limit: float = 60.0, tolerance: float = 1e-5,
+    velocity_bound: float = 20.0, force_bound: float = 20.0, deadline: Deadline = NEVER, tolerance: float = 1e-5,
     widenings: int = 0, verbose: bool = False,
 ) -> Extreme:
     """Prove the smallest multiplier: lower bounds in turn, until one meets a state.
@@ -119,7 +120,7 @@ def prove_smallest(
     limits : from :func:`velocity_limits` with a bound of one, in the order of the programs' rows
     low, top : scaled multipliers that no state passes: Radenkovic's bounds; NaN for none below
     velocity_bound, force_bound : see :func:`limitmason.limit.range.proven_range`
-    time_limit : [s]
+    deadline : after which no further program begins, and at which one that runs ends
     tolerance : between state and bound to call it proven, relative to max(1, lambda) [-]
     widenings : times that the velocity bound is made ten times as wide at most, where the state uses more than half
     verbose : let the mixed-integer solver write its log
@@ -130,23 +131,19 @@ def prove_smallest(
     """
     began = time.perf_counter()
     law = programs.law
-
-    def left() -> float:
-        """Time that is left [s]."""
-        return time_limit - (time.perf_counter() - began)
-
     floor, method = (low if np.isfinite(low) else 0.0), ASSOCIATIVE  # bound for any velocities, and what gave it
     best, value = found, np.inf if found is None else found.multiplier
     # states above the one at hand are of no interest: the tighter range makes both programs sharper
     high = min(top, value) + MARGIN
-    if not close(value, floor, tolerance) and np.isfinite(high) and lifted_rows(programs) <= MAX_ROWS and left() > 0:
-        lifted = lifted_bound(programs, 0.0, high, time_limit=left())
+    small = np.isfinite(high) and lifted_rows(programs) <= MAX_ROWS
+    if small and not close(value, floor, tolerance) and not deadline.passed:
+        lifted = lifted_bound(programs, 0.0, high, deadline)
         if floor < lifted.value <= value + tolerance:
             floor, method = lifted.value, LIFTED
     within: _Within | None = None
     # share: largest velocity of the best state over its bound; none: whether there is no state within the bounds
     share, nodes, none = _share(law, best, velocity_bound * limits), 0, False
-    while not close(value, floor, tolerance) and left() > 0:
+    while not close(value, floor, tolerance) and not deadline.passed:
         while share > REACHED and widenings > 0:
             velocity_bound, share, widenings = WIDER * velocity_bound, (1.0 / WIDER) * share, widenings - 1
         # the bound so far holds for any velocities: the program need not look below it
@@ -154,7 +151,7 @@ def prove_smallest(
             programs, max(floor, 0.0) - MARGIN, min(top, value) + MARGIN, velocity_bound * limits, force_bound
         )
         # a tenth of the tolerance, so that its gap does not use up what state and bound may differ by
-        proof = program.solve(best, time_limit=max(left(), LEAST_SECONDS), gap=0.1 * tolerance, verbose=verbose)
+        proof = program.solve(best, time_limit=max(deadline.left, LEAST_SECONDS), gap=0.1 * tolerance, verbose=verbose)
         nodes += proof.nodes
         if exact(proof.state, law, ACCURACY) and proof.state.multiplier < value:
             best, value = proof.state, proof.state.multiplier

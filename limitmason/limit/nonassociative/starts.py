@@ -24,6 +24,9 @@ RANDOM_FORCE = 4.0
 UNLOADED_FORCE, UNLOADED_WEIGHT = 0.02, 0.01
 """Share of the largest force, and of a weight, added so that joints without force take part [-]: chosen."""
 
+STEEP = 1.75
+"""Friction tan(phi) above which runs from random forces take this one, about 60 degrees [-]: chosen."""
+
 
 def slopes_for(law: JointLaw, slopes: tuple[float, ...]) -> tuple[float, ...]:
     """The ``slopes`` of the scheme [-], and a smaller one where joints dilate little."""
@@ -34,6 +37,15 @@ def slopes_for(law: JointLaw, slopes: tuple[float, ...]) -> tuple[float, ...]:
         if ratio < HIDES * min(slopes):
             return 0.1 * ratio, *slopes  # well below the dilatancy
     return slopes
+
+
+def no_steeper(law: JointLaw) -> JointLaw:
+    """The law with friction of at most ``STEEP``, or psi where that is more.
+
+    Frozen cones of steep friction hold whatever forces they begin with, so that a run ends next to the associative
+    state. A state found below that slides nowhere keeps the true law as well; others are polished to it.
+    """
+    return law._replace(tan_phi=np.minimum(law.tan_phi, np.maximum(STEEP, law.tan_psi)))
 
 
 def random_start(

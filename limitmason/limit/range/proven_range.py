@@ -14,6 +14,7 @@ from limitmason.checks import choice, count, finite, positive, several
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.limit.associative import solve_associative
+from limitmason.limit.deadline import Deadline
 from limitmason.limit.nonassociative.analysis import radenkovic_lower
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, from_corner, joint_law
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
@@ -190,7 +191,8 @@ def proven_range(
         reached(0.0, f"the smallest multiplier, at most {time_limit:g} s")
         lowest = prove_smallest(
             programs, found, velocity_limits(problem), low=radenkovic_lower(law), top=top,
-            velocity_bound=velocity_bound, force_bound=force_bound, time_limit=time_limit, tolerance=tolerance,
+            velocity_bound=velocity_bound, force_bound=force_bound, deadline=Deadline.after(time_limit),
+            tolerance=tolerance,
         )
         found = lowest.state
     if found is None:
@@ -208,7 +210,7 @@ def proven_range(
             since -= lowest.seconds  # it was proven above
         else:
             limits = velocity_limits(problem, velocity_bound)
-            end = _largest(programs, found, top, limits, force_bound, time_limit, tolerance)
+            end = _largest(programs, found, top, limits, force_bound, Deadline.after(time_limit), tolerance)
         ends[name] = end.times(scale)._replace(seconds=time.perf_counter() - since)
     low, high = (ends[name].value if name in ends else float("nan") for name in ENDS)
     seconds = time.perf_counter() - began
@@ -244,7 +246,7 @@ def _associative_end(problem: Problem, law: JointLaw, which: tuple[str, ...]) ->
 
 
 def _largest(
-    programs: PlanePrograms, found: ForceState, top: float, limits: Array, force: float, time_limit: float,
+    programs: PlanePrograms, found: ForceState, top: float, limits: Array, force: float, deadline: Deadline,
     tolerance: float,
 ) -> Extreme:
     """Largest admissible scaled multiplier: state, bound above, whether they agree.
@@ -259,7 +261,7 @@ def _largest(
     top : associative multiplier, scaled [-]
     limits : bounds on velocities at mean live velocity one, shape (r,)
     force : bound on joint forces, over the total load [-]
-    time_limit : of the mixed-integer program [s]
+    deadline : of the mixed-integer program
     tolerance : difference of two multipliers that counts as none, relative to max(1, lambda) [-]
     """
     # theta = -1 asks for the largest multiplier; slacks of pairs whose rate is used are zero: these forces comply
@@ -267,11 +269,10 @@ def _largest(
     best = found if answer is None else ForceState(answer.multiplier, answer.force, found.velocity)
     if close(best.multiplier, top, tolerance):
         return Extreme(best, top, proven=True, method=ASSOCIATIVE)
-    began, share = time.perf_counter(), float(np.max(np.abs(best.velocity) / limits))
+    share = float(np.max(np.abs(best.velocity) / limits))
     program = BoundedProgram(programs, best.multiplier - MARGIN, top + MARGIN, limits, force)
-    left = max(time_limit - (time.perf_counter() - began), LEAST_SECONDS)
     # a tenth of the tolerance, so that its gap does not use up what state and bound may differ by
-    proof = program.solve(best, largest=True, time_limit=left, gap=0.1 * tolerance)
+    proof = program.solve(best, largest=True, time_limit=max(deadline.left, LEAST_SECONDS), gap=0.1 * tolerance)
     if exact(proof.state, programs.law, ACCURACY) and proof.state.multiplier > best.multiplier:
         best = proof.state
     value = best.multiplier
