@@ -3,10 +3,9 @@
 Units are SI, axes right-handed with z up, compression positive; angles are radians unless a name ends in ``_deg``.
 """
 
-from limitmason.storage.interrupts import is_command_line, told_in_one_line
+from limitmason.storage.interrupts import told_in_one_line
 
-if is_command_line():  # first: the libraries take a second to load, and who stops them there reads no traceback
-    told_in_one_line()
+told_in_one_line()  # first: the libraries take a second to load, and who stops a command there reads no traceback
 
 # isort: split
 

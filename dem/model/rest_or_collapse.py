@@ -154,7 +154,7 @@ def hold(
         if edges:
             follow_edges(assembly, state)
         used += steps
-        force, moment = unbalance_of_blocks(state, scale.above_rounding(state))
+        force, moment = unbalance_of_blocks(state, scale)
         last, worst = (float(force.max()), float(moment.max())), int(np.argmax(np.maximum(force, moment)))
         moved = displacement_since(state, shift, quat, scale)
         path.append((moved, max(last)))

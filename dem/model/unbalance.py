@@ -146,7 +146,7 @@ def unbalance(state: State, scale: Scale) -> tuple[float, float]:
 
     Moments are over that load times the block's least thickness.
     """
-    force, moment = unbalance_of_blocks(state, scale.above_rounding(state))
+    force, moment = unbalance_of_blocks(state, scale)
     return float(force.max(initial=0.0)), float(moment.max(initial=0.0))
 
 
@@ -159,6 +159,7 @@ def unbalance_of_blocks(state: State, scale: Scale) -> tuple[Array, Array]:
     load of its own in ``scale``: against the mean load of all blocks a stone of a fortieth of the largest one's size
     would be in equilibrium while it falls.
     """
+    scale = scale.above_rounding(state)
     net = state.bodies.net * (scale.free & ~state.bodies.held)
     force = np.linalg.norm(net[:, :3], axis=1)
     if state.modes is not None and state.deformation is not None:

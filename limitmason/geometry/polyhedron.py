@@ -219,7 +219,7 @@ def face_plane(corners: Array) -> tuple[Array, float]:
     return normal[0], float(offset[0])
 
 
-def faces_at_edges(faces: Faces) -> dict[tuple[int, int], list[int]]:
+def faces_at_edges(faces: Sequence[tuple[int, ...]]) -> dict[tuple[int, int], list[int]]:
     """Numbers of the faces at every edge, by its two corners in ascending order, as the faces pass them."""
     found: dict[tuple[int, int], list[int]] = {}
     for number, face in enumerate(faces):

@@ -38,17 +38,20 @@ def handed_on() -> Iterator[None]:
             raise KeyboardInterrupt("it ended a run early")
 
 
-def is_command_line() -> bool:
+def _is_command_line() -> bool:
     """Whether this process is the command ``limitmason``, or ``python -m limitmason`` that still loads."""
     name = os.path.basename(sys.argv[0]) if sys.argv else ""
     return os.path.splitext(name)[0] == "limitmason" or name == "-m"
 
 
 def told_in_one_line() -> None:
-    """Tell an interrupt that nothing has caught by one line and :data:`INTERRUPTED` from here on.
+    """Tell an interrupt that nothing has caught by one line and :data:`INTERRUPTED`, where a command runs.
 
-    It is of the whole process: for the command line, whose libraries load before it can catch anything.
+    It is of the whole process: the libraries of the command line load before it can catch anything. A script that
+    imports the package keeps its traceback.
     """
+    if not _is_command_line():
+        return
     others = sys.excepthook
 
     def tell(kind: type[BaseException], error: BaseException, where: TracebackType | None) -> None:

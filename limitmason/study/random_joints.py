@@ -127,8 +127,7 @@ class Random:
         share : u, part of the probability between the bounds, from 0 to 1, any shape
         bounds : physical ones, beside its own
         """
-        low, high = max(self.low, bounds[0]), min(self.high, bounds[1])
-        below, above = self._ends(low, high)
+        low, high, below, above = self._ends(bounds)
         if not above > below:
             raise InputError(f"the distribution has no probability between {low:g} and {high:g}")
         out = self.distribution.ppf(below + np.asarray(share, dtype=float) * (above - below))
@@ -136,14 +135,15 @@ class Random:
 
     def cut(self, bounds: tuple[float, float]) -> float:
         """Probability that the bounds take from the distribution [-]."""
-        low, high = max(self.low, bounds[0]), min(self.high, bounds[1])
-        below, above = self._ends(low, high)
+        _, _, below, above = self._ends(bounds)
         return 1.0 - (above - below)
 
-    def _ends(self, low: float, high: float) -> tuple[float, float]:
-        """Probability below the lower bound, and up to and with the upper one [-]."""
+    def _ends(self, bounds: tuple[float, float]) -> tuple[float, float, float, float]:
+        """Both bounds, the probability below the lower one, and that up to and with the upper one [-]."""
+        low, high = max(self.low, bounds[0]), min(self.high, bounds[1])
         # a discrete distribution may have its lower bound as a value: it is within
-        return float(self.distribution.cdf(np.nextafter(low, -np.inf))), float(self.distribution.cdf(high))
+        below, above = (float(self.distribution.cdf(v)) for v in (np.nextafter(low, -np.inf), high))
+        return low, high, below, above
 
 
 def check_joint_draws(joints: Mapping[str, Random]) -> None:
