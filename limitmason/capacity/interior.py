@@ -248,6 +248,7 @@ def solve(way: newton.Way) -> newton.Solved | None:
                 left = state.onward(step, min(1.0, edge)).product() / product
                 aim = product * float(np.clip(left, _LEAST_AIM, 1.0)) ** _CENTRED
         assert step is not None
+        assert motion is not None
         share = min(1.0, _INSIDE * edge)
         shares.append(share)
         state = state.onward(step, share)

@@ -11,7 +11,7 @@ programs do better (``polish``); this is the way in 3-D and where those find not
 
 import numpy as np
 
-from limitmason.limit.deadline import NEVER, Deadline
+from limitmason.limit.nonassociative.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 

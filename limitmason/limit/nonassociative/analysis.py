@@ -13,7 +13,7 @@ from limitmason.checks import choice, count, listener, positive, switch
 from limitmason.display.progress import noted
 from limitmason.errors import InputError
 from limitmason.limit.associative import solve_associative
-from limitmason.limit.deadline import NEVER, Deadline
+from limitmason.limit.nonassociative.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import SAME_ANGLE, ForceState, JointLaw, exact, joint_law, violation
 from limitmason.limit.nonassociative.ordered_search import (

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from limitmason.arrays import Array, Flags
-from limitmason.limit.deadline import NEVER, Deadline
+from limitmason.limit.nonassociative.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, normalised
 from limitmason.limit.program.clarabel_solver import solver_settings
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from limitmason.arrays import Array
-from limitmason.limit.deadline import NEVER, Deadline
+from limitmason.limit.nonassociative.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.mixed_integer import INF, make_model, sliding_groups
 from limitmason.limit.nonassociative.polish import PlanePrograms
 

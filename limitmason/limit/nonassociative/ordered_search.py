@@ -12,7 +12,7 @@ import numpy as np
 from limitmason.arrays import Array
 from limitmason.display.progress import reached, task
 from limitmason.errors import NotApplicable
-from limitmason.limit.deadline import Deadline
+from limitmason.limit.nonassociative.deadline import Deadline
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.numbering import Numbering, numbering

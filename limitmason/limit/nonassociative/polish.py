@@ -16,7 +16,7 @@ from scipy.optimize import linprog
 
 from limitmason.arrays import Array, Flags
 from limitmason.errors import InputError
-from limitmason.limit.deadline import NEVER, Deadline
+from limitmason.limit.nonassociative.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw
 
 ACTIVE = 1e-9

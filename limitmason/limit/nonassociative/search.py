@@ -12,8 +12,8 @@ import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.display.progress import reached
-from limitmason.limit.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.alternating import ConePrograms, alternate, complying_forces, lower
+from limitmason.limit.nonassociative.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval_in_plane, polish
 from limitmason.limit.nonassociative.sequential import SchemeRun, SchemeSettings, run_sequence

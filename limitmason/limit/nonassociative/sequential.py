@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.limit.deadline import NEVER, Deadline
+from limitmason.limit.nonassociative.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, excess, split
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array
-from limitmason.limit.deadline import NEVER, Deadline
+from limitmason.limit.nonassociative.deadline import NEVER, Deadline
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact
 from limitmason.limit.nonassociative.lifted import MAX_ROWS, lifted_bound, lifted_rows
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram

@@ -14,8 +14,8 @@ from limitmason.checks import choice, count, finite, positive, several
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
 from limitmason.limit.associative import solve_associative
-from limitmason.limit.deadline import Deadline
 from limitmason.limit.nonassociative.analysis import radenkovic_lower
+from limitmason.limit.nonassociative.deadline import Deadline
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, from_corner, joint_law
 from limitmason.limit.nonassociative.mixed_integer import BoundedProgram
 from limitmason.limit.nonassociative.polish import ACTIVE, PlanePrograms
