@@ -19,7 +19,7 @@ from limitmason.capacity.path_state import (
     strength,
     tensions,
 )
-from limitmason.geometry.rotation import axial, cross
+from limitmason.geometry.rotation import axial, vector_product
 from limitmason.mechanics.law import SUDDEN
 
 WITHIN = 1e-4
@@ -134,14 +134,14 @@ def equilibrium(s: Structure, at: PathState, found: StateForces | None = None) -
     total = s.loads.wrench_at("dead", carried) + at.multiplier * s.loads.wrench_at("live", carried)
     centroid = s.assembly.centroids + at.shift
     for block, sign in ((p.block_b, 1.0), (p.block_a, -1.0)):
-        moment = cross(place - centroid[block], force)
+        moment = vector_product(place - centroid[block], force)
         np.add.at(total, block, sign * np.concatenate([force, moment], axis=1))
     if s.assembly.ties:
         x, rows = s.assembly.links, slice(len(s.assembly.interfaces), None)  # links are the joints, then the ties
         pulls, end_a, end_b, along = tensions(s, at)
         for block, sign, end in ((x.block_a[rows], 1.0, end_a), (x.block_b[rows], -1.0, end_b)):
             pull = sign * pulls[:, None] * along
-            np.add.at(total, block, np.concatenate([pull, cross(end - centroid[block], pull)], axis=1))
+            np.add.at(total, block, np.concatenate([pull, vector_product(end - centroid[block], pull)], axis=1))
     total = total / np.array([1.0, 1.0, 1.0, s.size, s.size, s.size]) / s.weight
     largest = float(np.abs(np.where(s.assembly.held, 0.0, total)).max(initial=0.0))
     if s.deformation is None:

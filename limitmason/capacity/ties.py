@@ -6,7 +6,7 @@ import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.capacity.kinematics import Pose
-from limitmason.geometry.rotation import cross, cross_matrix
+from limitmason.geometry.rotation import cross_matrix, vector_product
 from limitmason.mechanics.tie_springs import TieSprings, stretched, tension, tie_springs
 from limitmason.model.assembly import Assembly
 
@@ -65,8 +65,8 @@ def pull(ties: TieSprings, basis: Array, pose: Pose, plastic: Array) -> Pulled:
     now = stretched(ties, pose.shift, pose.turn)
     direction = now.span / np.maximum(now.length, 1e-300)[:, None]
     arm_a, arm_b = ties.arm_a + now.swing_a, ties.arm_b + now.swing_b
-    on_a = np.concatenate([direction, cross(arm_a, direction)], axis=1)
-    on_b = -np.concatenate([direction, cross(arm_b, direction)], axis=1)
+    on_a = np.concatenate([direction, vector_product(arm_a, direction)], axis=1)
+    on_b = -np.concatenate([direction, vector_product(arm_b, direction)], axis=1)
     wrenches = np.stack([on_a @ basis, on_b @ basis], axis=1)
     force, after, tangent = tension(ties, now.elongation, plastic)
     return Pulled(force, after, tangent, wrenches, now.elongation, direction, arm_a, arm_b, now.length)

@@ -17,7 +17,7 @@ from limitmason.capacity.contact_search.model_faces import shapes_of, with_faces
 from limitmason.capacity.contact_search.near import Near, all_pairs, facing, gap_and_inside, near_blocks, near_corners
 from limitmason.capacity.contacts import PathContacts, turned_over
 from limitmason.capacity.kinematics import Pose, at_rest
-from limitmason.geometry.rotation import cross
+from limitmason.geometry.rotation import vector_product
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
 
@@ -91,7 +91,7 @@ def _crossed_lines(shapes: Shapes, pose: Pose, p: Index, q: Index) -> _CrossedLi
 
     def area(a: Array, b: Array) -> Array:
         """Areas n . (a x b) that pairs of vectors span as seen along the normals [m2]."""
-        return np.asarray(np.einsum("ij,ij->i", n, cross(a, b)))
+        return np.asarray(np.einsum("ij,ij->i", n, vector_product(a, b)))
 
     long_u, long_v = np.linalg.norm(u, axis=1), np.linalg.norm(v, axis=1)
     both = area(u, v)

@@ -12,7 +12,7 @@ from limitmason.capacity.contact_search.near import Near
 from limitmason.capacity.contacts import NEW, PathContacts
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory
-from limitmason.geometry.rotation import cross
+from limitmason.geometry.rotation import vector_product
 
 _HEIR = 6.0
 """Overshoots, beyond the gap, within which a new point inherits from one that has left its face.
@@ -275,11 +275,11 @@ def _frame(old: OldPoints, row: int, rotation: Array, normal: Array) -> Array:
     if old.c.components == 2:
         # as in the reference pose: the tangent is the normal turned in the plane
         first, second = old.c.directions[row]
-        return np.stack([normal, cross(cross(first, second), normal)])
+        return np.stack([normal, vector_product(vector_product(first, second), normal)])
     tangent = rotation.T @ old.directions(row)[1]
     # nearly along the new normal it would give no tangent: the other one does
     if abs(tangent @ normal) > _ALONG:
         tangent = rotation.T @ old.directions(row)[2]
     tangent = tangent - (tangent @ normal) * normal
     tangent = tangent / np.linalg.norm(tangent)
-    return np.stack([normal, tangent, cross(normal, tangent)])
+    return np.stack([normal, tangent, vector_product(normal, tangent)])

@@ -38,7 +38,7 @@ from limitmason.capacity.contact_search.new_points import (
 from limitmason.capacity.contacts import NEW, NO_CORNER, PathContacts
 from limitmason.capacity.kinematics import Pose
 from limitmason.capacity.point_law import PlasticHistory
-from limitmason.geometry.rotation import cross
+from limitmason.geometry.rotation import vector_product
 
 _WAITS = 4.0
 """Overshoots beyond a side after which a loaded point without a successor is dropped all the same: chosen."""
@@ -172,7 +172,7 @@ def _within(polygon: Array, point: Array, slack: float) -> bool:
     """
     edge, arm = np.roll(polygon, -1, axis=0) - polygon, point - polygon
     # twice the areas of the triangles on every edge with the point, along the normal where that is inside of the edge
-    turns = cross(edge, arm)
+    turns = vector_product(edge, arm)
     total = turns.sum(axis=0)
     inside = (turns @ total) / (np.linalg.norm(total) * np.linalg.norm(edge, axis=1))
     return bool((inside >= -slack).all())
