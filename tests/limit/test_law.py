@@ -142,11 +142,11 @@ def test_peak_and_residual_law_are_what_the_dem_runs():
 
 def _worked_out(text):
     """Lines that work out the tension corner or the shear strength from the terms of the law."""
-    lines = text.splitlines()
-    for node in ast.walk(ast.parse(text)):
-        of = "\n".join(lines[node.lineno - 1 : node.end_lineno]) if isinstance(node, ast.BinOp | ast.Call) else ""
-        if "cohesion" not in of and "tensile_strength" not in of:
-            continue  # none without one of them, and to write a node anew takes long
+    terms, lines = re.compile("cohesion|tensile_strength"), text.splitlines()
+    # none without one of them, and to read a file or to write a node anew takes long
+    for node in ast.walk(ast.parse(text)) if terms.search(text) else ():
+        if not isinstance(node, ast.BinOp | ast.Call) or not terms.search("\n".join(lines[node.lineno - 1 : node.end_lineno])):
+            continue
         words = ast.unparse(node)
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):
             over = ast.unparse(node.right)
