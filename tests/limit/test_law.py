@@ -145,7 +145,8 @@ def _worked_out(text):
     terms, lines = re.compile("cohesion|tensile_strength"), text.splitlines()
     # none without one of them, and to read a file or to write a node anew takes long
     for node in ast.walk(ast.parse(text)) if terms.search(text) else ():
-        if not isinstance(node, ast.BinOp | ast.Call) or not terms.search("\n".join(lines[node.lineno - 1 : node.end_lineno])):
+        kind = isinstance(node, ast.BinOp | ast.Call)
+        if not kind or not terms.search("\n".join(lines[node.lineno - 1 : node.end_lineno])):
             continue
         words = ast.unparse(node)
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):

@@ -120,7 +120,7 @@ class Case:
         return assembly, loads
 
     def rebuilt(self, turn: int, loads=None):
-        """The same case turned in space, its blocks renumbered, its contacts found again; ``loads`` of what it built."""
+        """The same case turned in space, blocks renumbered, contacts found anew; ``loads``: of what it built."""
         import limitmason as lm
 
         random = np.random.default_rng([*self.seed, 77, turn])
