@@ -91,7 +91,8 @@ def leaves(parser: argparse.ArgumentParser, path: tuple[str, ...] = ()):
             yield from leaves(child, (*path, name))
 
 
-COMMANDS = dict(leaves(cli.parser.command_parser()))
+PARSER = cli.parser.command_parser()
+COMMANDS = dict(leaves(PARSER))
 BASES = {
     "experiments list": ["experiments", "list"],
     "experiments show": ["experiments", "show", "ferris-tin-loi-2001/wall-1"],
@@ -279,6 +280,7 @@ def run(canned, inputs, tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr("limitmason.app.server.Server", served)
     monkeypatch.setattr("webbrowser.open", lambda address: note("browser", address))
+    monkeypatch.setattr(cli, "command_parser", lambda: PARSER)  # one serves all runs
     count = iter(range(10_000))
 
     def go(arguments):
