@@ -63,7 +63,7 @@ def follow_edges(assembly: Assembly, state: State) -> None:
     a, one of a by nothing, and one of both by what makes the contact smaller. Points between move in proportion. Areas
     stay until the joint is cut anew.
     """
-    joints, points, now = state.joints, state.points, state.measured(assembly)
+    joints, points, now = state.joints, state.points, state.forces()  # of slips alone: places are not needed
     slid = note_ends(assembly, state, now)
     if not slid.any():
         return

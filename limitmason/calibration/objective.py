@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy import stats
@@ -38,7 +39,7 @@ class Minimum(ReadOnly):
     residuals: Array
     converged: bool = True
 
-    @property
+    @cached_property
     def chi2(self) -> float:
         """Sum of the squared residuals [-]."""
         return float(self.residuals @ self.residuals)

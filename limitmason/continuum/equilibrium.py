@@ -8,8 +8,9 @@ import numpy as np
 
 from limitmason.arrays import Array
 from limitmason.continuum.factor import Factor, SingularStiffness
-from limitmason.continuum.rotating_crack import Curves, Memory, PointResponse, curves_of, respond, virgin
+from limitmason.continuum.rotating_crack import Memory, PointResponse, respond, virgin
 from limitmason.continuum.solid import Continuum
+from limitmason.continuum.uniaxial_curves import Curves, curves_of
 
 NEWTON = 14
 """Most Newton iterations of an ordinary step, before it is cut."""

@@ -11,7 +11,8 @@ from scipy.sparse.csgraph import connected_components
 from limitmason.arrays import Array, Flags, Index
 from limitmason.continuum.equilibrium import Solver
 from limitmason.continuum.mesh import CORNERS
-from limitmason.continuum.rotating_crack import Curves, Memory, envelope
+from limitmason.continuum.rotating_crack import Memory
+from limitmason.continuum.uniaxial_curves import Curves, envelope
 
 _OFF = 0.03  # of the energy of one crack from which a curve warns, chosen
 ALONG = 0.9

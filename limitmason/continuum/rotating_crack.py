@@ -9,14 +9,12 @@ Sources: Rots (1988) for the rotating crack; Selby and Vecchio (1997) for equiva
 DIANA (exponential by fracture energy; parabola with its peak at 5 fc / 3 E).
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from limitmason.arrays import Array, Flags, Index
-from limitmason.errors import InputError
-from limitmason.model.material import Material
+from limitmason.continuum.uniaxial_curves import Curves, envelope, uniaxial
 
 _FLOOR = 1e-6
 """Share of the elastic stiffness left in the tangent, never in the stress: keeps the factorisation of open cracks."""
@@ -27,24 +25,6 @@ _STEPS, _HALVINGS = 60, 6  # most Newton steps to principal stresses, and halvin
 _FITS = 1e-12  # of the largest stress: elastic stresses that near to the curves need no iteration
 _SOLVED = 1e-11  # of the largest stress: an iteration ends that near to the curves
 _GAIN = 1e-3  # part of the distance that a whole step must take away
-
-
-class Curves(NamedTuple):
-    """Uniaxial curves of n points, shape (n,) each.
-
-    Infinite strengths never yield.
-    """
-
-    modulus: Array  # E [Pa]
-    poisson: Array  # nu [-]
-    tension: Array  # ft [Pa]
-    softening: Array  # strain scale of the exponential [-]
-    crushing: Array  # fc [Pa]
-    end: Array  # strain over the peak strain at which the parabola ends [-]
-
-    def rows(self, rows: Index) -> "Curves":
-        """Curves of the points whose numbers are given."""
-        return Curves(*(c[rows] for c in self))
 
 
 class Memory(NamedTuple):
@@ -80,115 +60,9 @@ def strain_tensor(strain: Array) -> Array:
     return tensor(half)
 
 
-def curves_of(materials: Sequence[Material], material: Index, width: Array) -> Curves:
-    """Curves of points from their materials and crack-band widths.
-
-    Parameters
-    ----------
-    materials : by their numbers; None for a strength is one that never yields, for an energy one that never falls
-    material : number of the material of each point, shape (n,)
-    width : h, over which a crack is smeared [m], shape (n,): the cube root of the volume that a point stands for
-
-    Raises
-    ------
-    InputError
-        When a brick is so wide that its fracture energy is less than 1.5 times the elastic energy at the strength.
-    """
-
-    def column(name: str) -> Array:
-        """One property of the material of every point, infinite where it has none, shape (n,)."""
-        given = [getattr(m, name) for m in materials]
-        return np.array([np.inf if value is None else value for value in given], dtype=float)[material]
-
-    e, ft, fc = column("young_modulus"), column("tensile_strength"), column("compressive_strength")
-    with np.errstate(invalid="ignore"):
-        # area under the curve times the width is the fracture energy: triangle up to ft, exponential after it
-        softening = np.where(np.isinf(ft), np.inf, column("tensile_energy") / (width * ft) - 0.5 * ft / e)
-        # the falling parabola holds two thirds of fc times its strain
-        end = np.where(np.isinf(fc), np.inf, 1.5 * column("compressive_energy") / (width * fc))
-        # below zero the curve would run back, snap-back inside a brick; a quarter of ft / E is the margin, chosen
-        wrong = softening < 0.25 * ft / e
-    wrong &= np.isfinite(ft)
-    if wrong.any():
-        i = int(np.argmax(wrong))
-        largest = float(4.0 / 3.0 * e[i] * column("tensile_energy")[i] / ft[i] ** 2)
-        raise InputError(
-            f"a crack band of {width[i]:.3g} m in {materials[material[i]].name!r} snaps back: with its strength and "
-            f"fracture energy bricks must be smaller than {largest:.3g} m"
-        )
-    return Curves(modulus=e, poisson=column("poisson_ratio"), tension=ft, softening=softening, crushing=fc, end=end)
-
-
 def virgin(n: int) -> Memory:
     """Memory of points that were never strained."""
     return Memory(np.zeros((n, 3, 3)), np.zeros((n, 3, 3)), np.zeros(n))
-
-
-def envelope(c: Curves, strain: Array) -> tuple[Array, Array, Array]:
-    """Stress, slope and area of the curves at equivalent strains never exceeded before.
-
-    Tension is linear to ft, then falls as ft exp(-(e - ft / E) / softening). Compression is linear to fc / 3 and rises
-    on a parabola to fc at a strain of 5 fc / (3 E); with t from 0 to 1 on this branch it is fc / 3 (1 + 4 t - 2 t^2).
-    It falls as fc (1 - s^2), with s from 0 to 1 over the strain `end`. The area is the energy under the curve.
-
-    Parameters
-    ----------
-    c : curves of n points
-    strain : equivalent strains of three directions, tension positive [-], shape (n, 3)
-
-    Returns
-    -------
-    stress [Pa], slope [Pa], area under the curve from zero [J/m3]: shape (n, 3) each
-    """
-    e, ft, fc = (x[:, None] for x in (c.modulus, c.tension, c.crushing))
-    # linear first; what has cracked or crushed is written over it
-    stress, slope = e * strain, np.broadcast_to(e, strain.shape).copy()
-    area = 0.5 * stress * strain
-    cracked = strain > ft / e
-    if cracked.any():
-        peak, first, scale = (np.broadcast_to(x, strain.shape)[cracked] for x in (ft, ft / e, c.softening[:, None]))
-        # exp(-700) is zero for a stress, and does not underflow
-        s = peak * np.exp(-np.minimum((strain[cracked] - first) / scale, 700.0))
-        stress[cracked], slope[cracked] = s, -s / scale
-        area[cracked] = 0.5 * peak * first + scale * (peak - s)
-    short = -strain
-    crushed = short > fc / (3.0 * e)
-    if crushed.any():
-        f, modulus, end = (np.broadcast_to(x, strain.shape)[crushed] for x in (fc, e, c.end[:, None]))
-        # t is 0 at fc / 3, strain fc / 3 E, and 1 at fc, strain 5 fc / 3 E; s is 0 there, 1 where nothing is left
-        t = (short[crushed] - f / (3.0 * modulus)) / (4.0 * f / (3.0 * modulus))
-        s = (short[crushed] - 5.0 * f / (3.0 * modulus)) / end
-        rising, gone = t <= 1.0, s >= 1.0
-        # each is kept within its branch: the area then is the sum of both parts
-        s = np.clip(s, 0.0, 1.0)
-        rise, t = 4.0 * f / (3.0 * modulus), np.minimum(t, 1.0)
-        stress[crushed] = -np.where(rising, f / 3.0 * (1.0 + 4.0 * t - 2.0 * t * t), f * (1.0 - s * s))
-        slope[crushed] = np.where(rising, f / 3.0 * (4.0 - 4.0 * t) / rise, np.where(gone, 0.0, -2.0 * f * s / end))
-        # triangle up to fc / 3, then what lies under both branches
-        on_rising, on_falling = f / 3.0 * rise * (t + 2.0 * t * t - 2.0 / 3.0 * t**3), f * end * (s - s**3 / 3.0)
-        area[crushed] = f * f / (18.0 * modulus) + on_rising + on_falling
-    return stress, slope, area
-
-
-def uniaxial(c: Curves, strain: Array, tension: Array, compression: Array) -> tuple[Array, Array]:
-    """Stress and slope, with unloading to the origin from what was reached before.
-
-    Parameters
-    ----------
-    c : curves of n points
-    strain : equivalent strain, tension positive [-], shape (n, 3)
-    tension, compression : largest ones before, as positive numbers [-], shape (n, 3)
-
-    Returns
-    -------
-    stress, slope : [Pa], shape (n, 3) each
-    """
-    reached = np.where(strain >= 0.0, np.maximum(strain, tension), np.minimum(strain, -compression))
-    stress, slope, _ = envelope(c, reached)
-    inside = np.abs(strain) < np.abs(reached)
-    # nothing reached, nothing strained: Hooke's law, without a division by zero
-    secant = np.where(reached == 0.0, c.modulus[:, None], stress / np.where(reached == 0.0, 1.0, reached))
-    return np.where(inside, secant * strain, stress), np.where(inside, secant, slope)
 
 
 def respond(c: Curves, strain: Array, before: Memory, *, secant: bool = False) -> PointResponse:
@@ -260,8 +134,7 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
     eps, axes = np.linalg.eigh(strain_tensor(strain))
     axes = np.swapaxes(axes, 1, 2)  # rows are directions
     # largest equivalent strains before, in tension and compression, along the axes of now
-    kt = np.maximum(np.einsum("nij,njk,nik->ni", axes, before.tension, axes), 0.0)
-    kc = np.maximum(np.einsum("nij,njk,nik->ni", axes, before.compression, axes), 0.0)
+    kt, kc = (_along(axes, remembered) for remembered in (before.tension, before.compression))
     sigma, equivalent, slope = _principal(c, eps, kt, kc)
     e, nu = c.modulus, c.poisson
     if secant:  # stress over strain; an unstrained direction is as stiff as it was
@@ -293,6 +166,22 @@ def _cracking(c: Curves, strain: Array, before: Memory, *, secant: bool) -> Poin
     # crack strain: what the stress of a direction does not make of its strain, none where all are shortened
     crack = np.maximum(equivalent - sigma / e[:, None], 0.0).max(axis=1)
     return PointResponse(stress, memory, tangent, np.where(equivalent.max(axis=1) > 0.0, crack, 0.0))
+
+
+def _along(axes: Array, remembered: Array) -> Array:
+    """Largest strains of the past along the axes of now, none below zero [-], shape (n, 3); zero without memory.
+
+    Parameters
+    ----------
+    axes : directions as rows, shape (n, 3, 3)
+    remembered : largest strains as tensors, shape (n, 3, 3)
+    """
+    out = np.zeros(axes.shape[:2])
+    rows = np.flatnonzero(remembered.any(axis=(1, 2)))
+    if len(rows):
+        own = axes[rows]
+        out[rows] = np.maximum(np.einsum("nij,njk,nik->ni", own, remembered[rows], own), 0.0)
+    return out
 
 
 def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Array, Array]:
@@ -327,32 +216,40 @@ def _principal(c: Curves, eps: Array, kt: Array, kc: Array) -> tuple[Array, Arra
         part, strain, over_e, size = c.rows(todo), eps[todo], (nu / e)[todo], scale[todo]
         tension, compression = kt[todo], kc[todo]
 
-        def law(x: Array) -> tuple[Array, Array, Array]:
-            """Equivalent strains that stresses x make, and stress and slope of the curves there, shape (k, 3) each."""
-            equivalent = strain + over_e * (x @ _COUPLING)
-            return equivalent, *uniaxial(part, equivalent, tension, compression)
+        def law(x: Array, at: Index) -> list[Array]:
+            """Equivalent strains that stresses x of some points make, stress and slope of the curves, (k, 3) each."""
+            equivalent = strain[at] + over_e[at] * (x @ _COUPLING)
+            return [equivalent, *uniaxial(part.rows(at), equivalent, tension[at], compression[at])]
 
         # begun at the elastic stresses, none above the strength; 1e300 stands for infinite strength, to have numbers
         x = np.clip(sigma[todo], -1.0e300, np.minimum(part.tension, 1e300)[:, None])
+        left = np.arange(len(x))  # points that are not solved yet: what is solved is not asked again
+        found = law(x, left)
         for _ in range(_STEPS):
-            _, on_curve, slopes = law(x)
-            r = x - on_curve
+            r = x[left] - found[1][left]
             worst = np.abs(r).max(axis=1)
-            left = worst > _SOLVED * size
-            if not left.any():
+            far = worst > _SOLVED * size[left]
+            left, r, worst = left[far], r[far], worst[far]
+            if not len(left):
                 break
-            matrix = np.eye(3) - over_e[:, :, None] * slopes[:, :, None] * _COUPLING
+            matrix = np.eye(3) - over_e[left][:, :, None] * found[2][left][:, :, None] * _COUPLING
             step = np.linalg.solve(matrix, -r[..., None])[..., 0]
-            factor = np.ones(len(x))
-            for _ in range(_HALVINGS):  # halve what does not come nearer
-                tried = x + factor[:, None] * step
-                bad = (np.abs(tried - law(tried)[1]).max(axis=1) > worst * (1.0 - _GAIN * factor)) & left
-                if not bad.any():
+            factor, bad = np.ones(len(left)), np.arange(len(left))
+            for halving in range(_HALVINGS + 1):  # halve what does not come nearer; the last is taken as it is
+                at = left[bad]
+                tried = x[at] + factor[bad, None] * step[bad]
+                told = law(tried, at)
+                for whole, new in zip(found, told, strict=True):
+                    whole[at] = new
+                if halving == _HALVINGS:
+                    break
+                bad = bad[np.abs(tried - told[1]).max(axis=1) > worst[bad] * (1.0 - _GAIN * factor[bad])]
+                if not len(bad):
                     break
                 factor[bad] *= 0.5
-            x = np.where(left[:, None], x + factor[:, None] * step, x)
+            x[left] = x[left] + factor[:, None] * step
         sigma[todo] = x
-        equivalent[todo], stress[todo], slope[todo] = law(x)
+        equivalent[todo], stress[todo], slope[todo] = found
     return stress, equivalent, slope
 
 
@@ -369,10 +266,11 @@ def _remember(c: Curves, before: Memory, axes: Array, equivalent: Array, kt: Arr
     """
     more_t = np.maximum(equivalent - np.maximum(kt, 0.0), 0.0)
     more_c = np.maximum(-equivalent - kc, 0.0)
-    grown = [
-        old + np.einsum("ni,nij,nik->njk", more, axes, axes)
-        for old, more in ((before.tension, more_t), (before.compression, more_c))
-    ]
+    grown = []
+    for old, more in ((before.tension, more_t), (before.compression, more_c)):
+        new, rows = old.copy(), np.flatnonzero(more.any(axis=1))
+        new[rows] += np.einsum("ni,nij,nik->njk", more[rows], axes[rows], axes[rows])
+        grown.append(new)
     # lost: area under the curve to the largest strain, less the triangle that unloading from there gives back
     lost = before.lost.copy()
     for sign, old, more in ((1.0, kt, more_t), (-1.0, kc, more_c)):

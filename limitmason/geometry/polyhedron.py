@@ -103,7 +103,7 @@ def mass_properties(solids: Sequence[Solid]) -> MassProperties:
     for faces, members, vertices in group_by_topology(solids):
         origin = vertices.mean(axis=1)
         t = (vertices - origin[:, None])[:, _triangles(faces)]  # (k, triangles, 3 corners, 3)
-        det = np.einsum("kti,kti->kt", t[:, :, 0], np.vector_product(t[:, :, 1], t[:, :, 2]))  # six times each volume
+        det = np.einsum("kti,kti->kt", t[:, :, 0], vector_product(t[:, :, 1], t[:, :, 2]))  # six times each volume
         total = det.sum(axis=1) / 6.0
         s = t.sum(axis=2)
         safe = np.where(np.abs(total) > 0, total, 1.0)  # of a flat solid the mean of its vertices is told
@@ -208,8 +208,8 @@ def face_planes(corners: Array) -> tuple[Array, Array]:
     """Outward unit normal (k, 3) and offset n.x [m] (k,) of k plane polygons of n corners each [m], (k, n, 3)."""
     centre = corners.mean(axis=1)
     r = corners - centre[:, None]
-    normal = vector_product(r, np.roll(r, -1, axis=1)).sum(axis=1)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    normal = vector_product(r, np.concatenate((r[:, 1:], r[:, :1]), axis=1)).sum(axis=1)
+    normal /= np.maximum(np.sqrt((normal * normal).sum(axis=1)), 1e-300)[:, None]
     return normal, np.einsum("ki,ki->k", normal, centre)
 
 

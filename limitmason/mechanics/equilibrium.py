@@ -11,6 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from limitmason.arrays import Array, Flags
+from limitmason.geometry.rotation import vector_product
 from limitmason.mechanics.contact_points import ContactPoints
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
@@ -62,7 +63,7 @@ def equilibrium_matrix(assembly: Assembly, points: ContactPoints, *, plane: Plan
         (np.maximum(points.block_a, points.block_b), np.where(swapped, 1.0, -1.0)),
     ):
         arm = points.position - assembly.centroids[block]
-        moment = np.cross(arm[:, None], force)
+        moment = vector_product(arm[:, None], force)
         wrench = sign[:, None, None] * np.concatenate([force, moment], axis=2)  # (m, c, 6)
         if plane is not None:
             basis, _ = degrees_of_freedom(assembly, plane)

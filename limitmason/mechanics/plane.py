@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array, Flags
+from limitmason.geometry.rotation import vector_product
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
 
@@ -168,7 +169,7 @@ def _in_plane(driven: Array | None) -> Array:
     driven : twists that are prescribed, shape (k, 6); None for none
     """
     twists = np.zeros((0, 6)) if driven is None else np.asarray(driven, dtype=float)
-    rows = np.concatenate([twists[:, :3], *(np.cross(twists[:, 3:], axis) for axis in np.eye(3))])
+    rows = np.concatenate([twists[:, :3], *(vector_product(twists[:, 3:], axis) for axis in np.eye(3))])
     size = np.linalg.norm(rows, axis=1)
     moves = size > 1e-9 * size.max(initial=0.0)  # beyond rounding: none of the others has a direction
     return np.asarray(rows[moves] / size[moves, None])

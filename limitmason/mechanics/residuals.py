@@ -14,6 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from limitmason.answers.results import Resultants
 from limitmason.arrays import Array, Flags, Index
+from limitmason.geometry.rotation import vector_product
 from limitmason.mechanics.law import PointLaw
 from limitmason.mechanics.stress_block import StressBlock
 from limitmason.model.assembly import Assembly
@@ -104,7 +105,7 @@ def unbalance(assembly: Assembly, loads: Loads, resultants: Resultants, multipli
     # a joint's force acts on block b, its reverse on block a
     for block, sign in ((x.block_b[k], 1.0), (x.block_a[k], -1.0)):
         force = sign * resultants.point_force
-        moment = np.cross(resultants.point_position - assembly.centroids[block], force)
+        moment = vector_product(resultants.point_position - assembly.centroids[block], force)
         for c in range(3):
             rest[:, c] += np.bincount(block, force[:, c], assembly.n_blocks)
             rest[:, 3 + c] += np.bincount(block, moment[:, c], assembly.n_blocks)

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from limitmason.answers.results import Mechanism, Resultants
 from limitmason.arrays import Array, Flags
+from limitmason.geometry.rotation import vector_product
 from limitmason.mechanics.dissipation import along_tangents, point_rates
 from limitmason.mechanics.law import interface_law
 from limitmason.mechanics.residuals import live_size
@@ -64,7 +65,7 @@ def resultants_from_points(
     x = assembly.links
     k = len(x.block_a)
     arm = position - x.centre[interface]
-    moment = np.cross(arm, force)
+    moment = vector_product(arm, force)
 
     def total(vector: Array, direction: Array) -> Array:
         """Sum over the points of every joint of a vector's part along a direction of the joint, shape (k,)."""

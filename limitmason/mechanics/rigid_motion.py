@@ -14,7 +14,7 @@ from limitmason.answers.results import Prediction
 from limitmason.arrays import Array, Flags, Index
 from limitmason.checks import instance, positive
 from limitmason.errors import InputError
-from limitmason.geometry.rotation import cross_matrix
+from limitmason.geometry.rotation import cross_matrix, vector_product
 from limitmason.model import Assembly
 
 _LARGEST_TURN = 0.35
@@ -91,7 +91,7 @@ def velocity(centroids: Array, twists: Array, block: int | Index, points: Array)
     block : number of the block, or of each point's block, shape (k,)
     points : r [m], shape (k, 3)
     """
-    return np.asarray(twists[block, :3] + np.cross(twists[block, 3:], points - centroids[block]))
+    return np.asarray(twists[block, :3] + vector_product(twists[block, 3:], points - centroids[block]))
 
 
 def largest_jumps(assembly: Assembly, jump: Array, normal: Array) -> tuple[Array, Array]:

@@ -24,6 +24,10 @@ except ImportError:  # no locks on this system: one process at a time
 
 SCHEMA = "limitmason-runs"
 
+_as_text = json.JSONEncoder(sort_keys=True).encode  # json.dumps makes an encoder for every call
+
+_PLAIN = frozenset((bool, int, float, str, type(None)))
+
 _TOLD = 20  # bytes of a header that are the same whatever version and study it names
 
 
@@ -245,7 +249,7 @@ def _locked(file: IO[bytes], *, shared: bool = False) -> Iterator[None]:
 
 def key_text(key: Any) -> str:
     """A key as text, equal for what JSON does not tell apart, as a tuple and a list."""
-    return json.dumps(plain(key), sort_keys=True)
+    return _as_text(plain(key))
 
 
 def plain(value: Any) -> Any:
@@ -256,6 +260,8 @@ def plain(value: Any) -> Any:
     TypeError
         For what JSON does not keep.
     """
+    if type(value) in _PLAIN:  # most are, and the questions below take time
+        return value
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):

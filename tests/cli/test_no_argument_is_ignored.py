@@ -91,7 +91,8 @@ def leaves(parser: argparse.ArgumentParser, path: tuple[str, ...] = ()):
             yield from leaves(child, (*path, name))
 
 
-COMMANDS = dict(leaves(cli.parser.command_parser()))
+PARSER = cli.parser.command_parser()
+COMMANDS = dict(leaves(PARSER))
 BASES = {
     "experiments list": ["experiments", "list"],
     "experiments show": ["experiments", "show", "ferris-tin-loi-2001/wall-1"],
@@ -190,14 +191,27 @@ def canned():
     return wall, loads, found, lm.compare(wall, loads, ("associative", "mechanisms"))
 
 
+@pytest.fixture(scope="module")
+def inputs(canned, tmp_path_factory):
+    """What lies in the folder of every command, by name: written once, as to write a model takes as long as a run."""
+    folder, (wall, loads, *_) = tmp_path_factory.mktemp("inputs"), canned
+    arch = lm.build.arch(radius=1.0, thickness=0.15, width=0.5, voussoirs=5, joint=lm.Joint(45.0), angle_deg=150.0)
+    lm.formats.write_json(folder / "wall.json", wall, loads)
+    lm.formats.write_json(folder / "arch.json", arch, lm.Loads.weight(arch))
+    (folder / "own_model.py").write_text(OWN_MODEL)
+    write_data(folder / "data.csv")
+    write_data(folder / "pool.csv", specimens=4)
+    return {p.name: p.read_bytes() for p in folder.iterdir()}
+
+
 class Stopped(Exception):
     """Where a diagnosis would begin to compute."""
 
 
 @pytest.fixture
-def run(canned, tmp_path, monkeypatch, capsys):
+def run(canned, inputs, tmp_path, monkeypatch, capsys):
     """Run a command in a folder of its own: exit status, messages, and everything that it did."""
-    wall, loads, found, table = canned
+    *_, found, table = canned
     done: list[str] = []
 
     def note(*what) -> None:
@@ -266,18 +280,15 @@ def run(canned, tmp_path, monkeypatch, capsys):
 
     monkeypatch.setattr("limitmason.app.server.Server", served)
     monkeypatch.setattr("webbrowser.open", lambda address: note("browser", address))
+    monkeypatch.setattr(cli, "command_parser", lambda: PARSER)  # one serves all runs
     count = iter(range(10_000))
-    arch = lm.build.arch(radius=1.0, thickness=0.15, width=0.5, voussoirs=5, joint=lm.Joint(45.0), angle_deg=150.0)
 
     def go(arguments):
         folder = tmp_path / f"run-{next(count)}"
         folder.mkdir()
         monkeypatch.chdir(folder)
-        lm.formats.write_json(folder / "wall.json", wall, loads)
-        lm.formats.write_json(folder / "arch.json", arch, lm.Loads.weight(arch))
-        (folder / "own_model.py").write_text(OWN_MODEL)
-        write_data(folder / "data.csv")
-        write_data(folder / "pool.csv", specimens=4)
+        for name, content in inputs.items():
+            (folder / name).write_bytes(content)
         (folder / "diagnosis").mkdir()
         header = {"schema": memo.SCHEMA, "limitmason": lm.__version__, "of": ""}
         (folder / "diagnosis" / "simulations.jsonl").write_text(json.dumps(header) + "\n")

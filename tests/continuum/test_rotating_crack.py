@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 import limitmason as lm
-from limitmason.continuum.rotating_crack import curves_of, envelope, respond, virgin
+from limitmason.continuum.rotating_crack import respond, virgin
+from limitmason.continuum.uniaxial_curves import curves_of, envelope
 from limitmason.deformable import SOLID, Elasticity
 from limitmason.errors import InputError
 

@@ -1,10 +1,9 @@
 """What the README shows is what the code does."""
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
+import page_blocks
 import pytest
 from every_case import table_rows
 
@@ -18,11 +17,8 @@ MOVED = ("theories", "predicted", "findings", "limits")
 
 @pytest.mark.slow
 def test_python_block_prints_what_the_readme_says(tmp_path):
-    blocks = re.findall(r"```python\n(.*?)```\s*```text\n(.*?)```", README, flags=re.DOTALL)
-    assert len(blocks) == 1
-    code, shown = blocks[0]
-    out = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
-    assert out == shown
+    (block,) = page_blocks.blocks(README)
+    assert page_blocks.run(README, tmp_path) == [block.shown]
     assert (tmp_path / "wall.png").exists()
 
 

@@ -119,12 +119,12 @@ class Case:
                 loads = loads.with_pressure(assembly, f.block, pressure=f.size, face=f.vector, case=f.case)
         return assembly, loads
 
-    def rebuilt(self, turn: int):
-        """The same case turned in space, its blocks renumbered, its contacts found again in that position."""
+    def rebuilt(self, turn: int, loads=None):
+        """The same case turned in space, blocks renumbered, contacts found anew; ``loads``: of what it built."""
         import limitmason as lm
 
         random = np.random.default_rng([*self.seed, 77, turn])
-        _, loads = self.build()
+        loads = self.build()[1] if loads is None else loads
         matrix = Rotation.from_quat(random.normal(size=4)).as_matrix()
         shift = random.normal(size=3) * np.ptp(np.vstack(self.outlines))
         order = random.permutation(len(self.outlines))

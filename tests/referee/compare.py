@@ -50,12 +50,13 @@ def compare(case: Case, *, copies: int = 1) -> Comparison:
     if verdict.status == plane.UNDECIDED:
         return Comparison(UNDECIDED, verdict.status, ())
     wanted = _SAME.get(verdict.status, f"{verdict.value!r}")
-    outcomes, theirs = [], []
+    outcomes, theirs, first = [], [], None
     for turn in range(1 + copies):
         with warnings.catch_warnings():
             warnings.simplefilter("error", RuntimeWarning)
             try:
-                assembly, loads = case.rebuilt(turn) if turn else case.build()
+                assembly, loads = case.rebuilt(turn, first) if turn else case.build()
+                first = first or loads
                 answer = limit_analysis(assembly, loads)
             except ValueError as error:
                 outcomes.append(REFUSED)

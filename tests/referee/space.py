@@ -61,7 +61,7 @@ def find_contacts(solids) -> list[Face]:
         mine = []
         for f in faces:
             p = vertices[list(f)]
-            normal = sum(np.cross(p[k] - p[0], p[k + 1] - p[0]) for k in range(1, len(p) - 1))
+            normal = np.cross(p[1:-1] - p[0], p[2:] - p[0]).sum(axis=0)
             mine.append((p, normal / np.linalg.norm(normal)))
         planes.append(mine)
     for i in range(len(solids)):
@@ -108,7 +108,7 @@ def face_points(face: Face, cells: int, side: str) -> tuple[Array, Array]:
     frame = np.column_stack([face.along, face.across])
     flat = (corners - corners[0]) @ frame
     middle = flat.mean(axis=0)
-    centres, areas, nodes = [], [], {}
+    centres, areas, nodes, wide = [], [], {}, np.ptp(flat, axis=0).max()
     for p, q in zip(flat, np.roll(flat, -1, axis=0), strict=True):
 
         def node(i: int, j: int, p=p, q=q) -> Array:
@@ -121,10 +121,10 @@ def face_points(face: Face, cells: int, side: str) -> tuple[Array, Array]:
                 if i + j < cells - 1:
                     triangles.append((node(i + 1, j), node(i + 1, j + 1), node(i, j + 1)))
                 for triangle in triangles:
-                    centres.append(np.mean(triangle, axis=0))
+                    centres.append((triangle[0] + triangle[1] + triangle[2]) / 3)
                     areas.append(share)
                     for corner in triangle:
-                        key = tuple(np.round(corner / np.ptp(flat, axis=0).max(), 9))
+                        key = tuple(np.round(corner / wide, 9).tolist())
                         nodes[key] = (corner, nodes.get(key, (corner, 0.0))[1] + share / 3)
     if side == INSIDE:
         points, area = np.vstack([flat, *centres]), np.concatenate([np.zeros(len(flat)), areas])
@@ -139,10 +139,9 @@ def mass(solid) -> tuple[float, Array]:
     volume, moment, origin = 0.0, np.zeros(3), vertices[0]
     for f in faces:
         p = vertices[list(f)] - origin
-        for k in range(1, len(p) - 1):
-            v = p[0] @ np.cross(p[k], p[k + 1]) / 6
+        for v, part in zip(np.cross(p[1:-1], p[2:]) @ p[0] / 6, (p[0] + p[1:-1] + p[2:]) / 4, strict=True):
             volume += v
-            moment += v * (p[0] + p[k] + p[k + 1]) / 4
+            moment += v * part
     return float(volume), origin + moment / volume
 
 
@@ -202,19 +201,18 @@ def _part(case, group, faces, cells, side, size, centroid, dead, live) -> Verdic
     columns, scale, area = [], [], []
     for f in faces:
         points, share = face_points(f, cells, side)
-        for point, a in zip(points, share, strict=True):
-            block = np.zeros((6 * len(group), 3))
-            s = min(load[f.a], load[f.b])
-            for which, sign in ((f.b, 1.0), (f.a, -1.0)):
-                if which in number:
-                    r = 6 * number[which]
-                    for q, vector in enumerate((f.normal, f.along, f.across)):
-                        block[r : r + 3, q] = sign * vector / load[which] * s
-                        moment = np.cross(point - centroid[which], vector)
-                        block[r + 3 : r + 6, q] = sign * moment / (load[which] * size[which]) * s
-            columns.append(block)
-            scale.append(s)
-            area.append(a)
+        s = min(load[f.a], load[f.b])
+        block = np.zeros((6 * len(group), len(points), 3))
+        for which, sign in ((f.b, 1.0), (f.a, -1.0)):
+            if which in number:
+                r = 6 * number[which]
+                for q, vector in enumerate((f.normal, f.along, f.across)):
+                    block[r : r + 3, :, q] = (sign * vector / load[which] * s)[:, None]
+                    moment = np.cross(points - centroid[which], vector)
+                    block[r + 3 : r + 6, :, q] = (sign * moment / (load[which] * size[which]) * s).T
+        columns.append(block.reshape(len(block), -1))
+        scale += [s] * len(points)
+        area += list(share)
     matrix = np.hstack(columns)
     divide = np.column_stack([np.repeat(own[:, None], 3, axis=1), np.repeat((own * size[group])[:, None], 3, axis=1)])
     d, v = (dead[group] / divide).ravel(), (live[group] * unit / divide).ravel()

@@ -258,26 +258,31 @@ def test_compare_keeps_answers_of_every_material_apart(tmp_path):
 # ---- the file --------------------------------------------------------------------------------------------------------
 
 
-def begin(pipe, path, who):
-    ready(pipe)
-    try:
-        memo = Memo(path, "k")
-        for k in range(5):
-            memo.keep(10 * who + k, {"y": k})
-        pipe.send("kept")
-    except Exception as error:
-        pipe.send(repr(error))
+def begin(pipe, paths, who):
+    for path in paths:
+        ready(pipe)
+        try:
+            memo = Memo(path, "k")
+            for k in range(5):
+                memo.keep(10 * who + k, {"y": k})
+            pipe.send("kept")
+        except Exception as error:
+            pipe.send(repr(error))
 
 
 @pytest.mark.slow
 def test_two_processes_begin_one_new_file_and_no_row_is_lost(tmp_path):
-    for trial in range(40):
-        path = tmp_path / "new" / f"{trial}"
-        children, pipes = together(begin, [(path, 0), (path, 1)])
+    paths = [tmp_path / "new" / f"{trial}" for trial in range(200)]
+    children, pipes = together(begin, [(paths, 0), (paths, 1)])
+    for path in paths:
+        if path != paths[0]:
+            assert [said(pipe) for pipe in pipes] == ["ready", "ready"]
+            for pipe in pipes:
+                pipe.send("go")
         assert [said(pipe) for pipe in pipes] == ["kept", "kept"]
-        assert [ended(child) for child in children] == [0, 0]
         memo = Memo(path, "k")
         assert sorted(json.loads(key) for key in memo.rows) == [0, 1, 2, 3, 4, 10, 11, 12, 13, 14]
+    assert [ended(child) for child in children] == [0, 0]
 
 
 def filled(path, rows=6):

@@ -11,7 +11,7 @@ from u_walls import light_damage, where_secant_is
 
 import limitmason as lm
 from limitmason import experiments
-from limitmason.continuum.rotating_crack import curves_of, envelope
+from limitmason.continuum.uniaxial_curves import curves_of, envelope
 from limitmason.experiments.murano_u_walls import NAME
 from validation import murano_macro as macro
 
