@@ -233,3 +233,30 @@ def test_the_search_ends_as_low_at_steep_friction_as_at_less_of_it(angle):
     found, _ = searched(wall, (1, 0, 0), search=effort, prove=False, measure_jump=False)
     assert found.collapse_multiplier == pytest.approx(1.0 / 1.4, rel=1e-9)
     assert found.certificate.complementarity < 1e-8
+
+
+@pytest.mark.parametrize("angle", [87.0, 89.9])
+def test_the_short_search_in_space_ends_as_low_at_steep_friction_too(angle):
+    """The state in the plane of the wall, under the part of the push along it; it was 1.36 above 60 degrees."""
+    wall = running_bond(2, 3, joint=lm.Joint(angle))
+    found, _ = searched(wall, (1, 0.2, 0), measure_jump=False)
+    assert found.collapse_multiplier == pytest.approx(np.sqrt(1.04) / 1.4, rel=1e-6)
+
+
+def test_what_stands_by_steep_friction_alone_is_searched_with_it():
+    """Blocks on a ramp of 70 degrees with friction of 80: they are pushed down it at tan(10 degrees)."""
+    turn = np.radians(70.0)
+
+    def turned(x0, x1, y0, y1):
+        corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+        return corners @ [[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]]
+
+    ramp = lm.Assembly.from_polygons(
+        [turned(-2, 8, -0.5, 0), turned(0, 1, 0, 0.3), turned(1, 2, 0, 0.3)], thickness=1.0, joint=lm.Joint(80.0),
+        fixed=[0],
+    )
+    found, told = searched(ramp, (-1, 0, 0), prove=False, measure_jump=False)
+    assert found.collapse_multiplier == pytest.approx(np.tan(np.radians(10.0)), rel=1e-6)
+    random = [trial for trial in told if "best" not in trial.strategy and "sequence" not in trial.strategy]
+    assert random
+    assert all(np.isfinite(trial.certified) for trial in random)

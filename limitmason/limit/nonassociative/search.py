@@ -14,6 +14,7 @@ from limitmason.arrays import Array
 from limitmason.display.progress import reached
 from limitmason.limit.nonassociative.alternating import ConePrograms, alternate, complying_forces, lower
 from limitmason.limit.nonassociative.deadline import NEVER, Deadline
+from limitmason.limit.nonassociative.force_program import ForceProgram
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, exact, split, violation
 from limitmason.limit.nonassociative.polish import PlanePrograms, alternate_plane, descend, interval_in_plane, polish
 from limitmason.limit.nonassociative.sequential import SchemeRun, SchemeSettings, run_sequence
@@ -302,16 +303,23 @@ class _Trials:
         ----------
         start : normal forces N' that are disturbed while no state meets the law, scaled, shape (m,)
         """
+        if self.over or not self.effort.random_starts:
+            return
+        law, forces = no_steeper(self.law), self.polisher.cones.forces
+        if (law.tan_phi < self.law.tan_phi).any():
+            gentle = ForceProgram(law, deadline=self.deadline)
+            # what stands by steep friction alone is searched with it
+            law, forces = (law, gentle) if gentle.solve(0.0) is not None else (self.law, forces)
         for k in range(self.effort.random_starts):
             if self.over:
                 break
             good = start if self.best is None else split(self.law, self.best.force)[0]
-            kind, normal = random_start(self.law, self.polisher.cones.forces, good, self.random, k)
+            kind, normal = random_start(self.law, forces, good, self.random, k)
             # over the range of slopes and mixings that the efforts name
             slope, mixing = 10 ** self.random.uniform(-3, -1), self.random.uniform(0.3, 0.95)
             variant = SchemeSettings(slope=float(slope), mixing=float(mixing))
             if normal is not None:
-                self._attempt(f"{kind}, {variant}", normal, variant, push=False, law=no_steeper(self.law))
+                self._attempt(f"{kind}, {variant}", normal, variant, push=False, law=law)
 
     def pushes(self) -> None:
         """Push the best state down by every weight of the effort, in space to the end."""

@@ -43,7 +43,7 @@ def no_steeper(law: JointLaw) -> JointLaw:
     """The law with friction of at most ``STEEP``, or psi where that is more.
 
     Frozen cones of steep friction hold whatever forces they begin with, so that a run ends next to the associative
-    state. A state found below that slides nowhere keeps the true law as well; others are polished to it.
+    state. A state of this law that slides nowhere keeps the true one as well; others are polished to it.
     """
     return law._replace(tan_phi=np.minimum(law.tan_phi, np.maximum(STEEP, law.tan_psi)))
 
