@@ -366,7 +366,8 @@ def loaded_with(module):
     "module, absent",
     [("limitmason", "matplotlib"), ("limitmason", "cvxpy"),
         pytest.param("limitmason.figures", "matplotlib.pyplot", marks=pytest.mark.slow),
-     pytest.param("limitmason.figures", "cvxpy", marks=pytest.mark.slow)],
+     # neither pyplot nor the simulation
+     *(pytest.param("limitmason.figures", name, marks=pytest.mark.slow) for name in ("cvxpy", "dem", "numba"))],
 )
 def test_import_is_light(module, absent):
     assert module in loaded_with(module)

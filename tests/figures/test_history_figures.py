@@ -1,7 +1,5 @@
 """Figures and files of a simulation: what is drawn and written is where the blocks are."""
 
-import subprocess
-import sys
 import types
 from contextlib import contextmanager
 from dataclasses import replace
@@ -275,15 +273,6 @@ def test_a_caption_stands_above_axes_of_the_caller_too():
     figures.load_displacement(lm.Curve([0.0, 1e-3], [0.0, 1e3]), ax=axes, title="Pier", caption="of brick")
     assert axes.get_title(loc="left") == "Pier"
     assert [t.get_text() for t in axes.texts if t.get_gid() == "caption"] == ["of brick"]
-
-
-@pytest.mark.slow
-def test_figures_load_neither_pyplot_nor_the_simulation():
-    code = (
-        "import sys, limitmason.figures; print([m for m in ('matplotlib.pyplot', 'dem', 'numba') if m in sys.modules])"
-    )
-    out = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
-    assert out == "[]"
 
 
 def test_a_capacity_curve_is_drawn_as_multiplier_or_beside_forces():
