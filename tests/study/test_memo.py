@@ -15,7 +15,6 @@ import limitmason as lm
 from limitmason.errors import InputError
 from limitmason.study import Memo, sweep
 
-
 JOINT = lm.Joint(33.0, normal_stiffness=1e10, shear_stiffness=5e9)
 
 
