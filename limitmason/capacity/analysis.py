@@ -183,11 +183,7 @@ def pushover(
     anew = finds_contacts_anew(assembly, blocks, contacts)
     if blocks == LUMPED:
         assembly = lumped(assembly, stiffness)
-    settles = to is not None and finite("to [m]", to) == 0.0 and not loads.live.any() and control == "live"
-    if to == 0.0 and not settles:
-        raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
-    # the dead load alone: it stands in for a live one, which a control needs, at multiplier 0
-    loads = replace(loads, live=loads.dead, live_arms=loads.dead_arms) if settles else loads
+    loads, settles = _settling(loads, control, to)
     assembly, loads, control = as_one_assembly(assembly, loads, control)
     assembly, loads, moving = with_moving_support(assembly, loads, control, to)
     if initial is not None:
@@ -243,6 +239,24 @@ def pushover(
 
 whole_pushover = handed_on()(pushover)
 """The same for callers that go on with the curve: a path that is interrupted is a KeyboardInterrupt."""
+
+
+def _settling(loads: Loads, control: str | tuple[Group, str], to: float | None) -> tuple[Loads, bool]:
+    """Loads that a path is followed under, and whether it only settles under the dead load.
+
+    A path to ``to=0`` without live loads settles. The dead load then stands in for the live one, which a control needs,
+    at multiplier 0.
+
+    Parameters
+    ----------
+    loads : dead and live
+    control : as in :func:`pushover`
+    to : displacement to which the path goes [m], not 0 beside live loads; None where it ends by itself
+    """
+    settles = to is not None and finite("to [m]", to) == 0.0 and not loads.live.any() and control == "live"
+    if to == 0.0 and not settles:
+        raise InputError(f"to must be a displacement [m] that is not zero, or None, got {to!r}")
+    return (replace(loads, live=loads.dead, live_arms=loads.dead_arms) if settles else loads), settles
 
 
 def finds_contacts_anew(assembly: Assembly, blocks: str, contacts: str | None) -> bool:
