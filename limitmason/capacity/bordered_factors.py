@@ -28,17 +28,17 @@ class FrontFactors(NamedTuple):
 
     Parameters
     ----------
-    matrix : the bordered tangent, shape (n, n)
+    value : entries of the bordered tangent in the order of its pattern, shape (nnz,)
     fronts : order and fronts of its pattern
     store, exchanged : its factors and exchanges of rows, of :meth:`UnsymmetricFronts.factors`
-    pivoted : from a matrix to factors with any exchange of rows, which raise RuntimeError where it is singular
+    pivoted : from entries to factors with any exchange of rows, which raise RuntimeError where it is singular
     """
 
-    matrix: sparse.csc_matrix
+    value: Array
     fronts: UnsymmetricFronts
     store: Array
     exchanged: Index
-    pivoted: Callable[[sparse.csc_matrix], SuperLU]
+    pivoted: Callable[[Array], SuperLU]
 
     def solve(self, right: Array) -> Array:
         """The solution for a right side, shape (n,), nan where the matrix is singular."""
@@ -46,7 +46,7 @@ class FrontFactors(NamedTuple):
         if left <= ROUNDED * float(np.abs(right).max(initial=0.0)):
             return found
         try:
-            return np.asarray(self.pivoted(self.matrix).solve(right))
+            return np.asarray(self.pivoted(self.value).solve(right))
         except RuntimeError:
             return np.full_like(right, np.nan)
 
@@ -60,7 +60,7 @@ class FrontFactors(NamedTuple):
         most, found, off, left = float(np.abs(right).max(initial=0.0)), np.zeros_like(right), right, np.inf
         for _ in range(_CORRECTIONS):
             found = found + self.fronts.solve(self.store, self.exchanged, off)
-            off = right - self.matrix @ found
+            off = right - self.fronts.product(self.value, found)
             before, left = left, float(np.abs(off).max(initial=0.0))
             # near enough, or no longer half of what it was
             if left <= _LEFT * most or left > 0.5 * before:

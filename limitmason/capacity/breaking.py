@@ -323,7 +323,7 @@ def released(system: System, node: Node, rows: Index, ratio: float, target: floa
         over = _overload_at(system, history, solved.state)
         worst = float(over.max(initial=-np.inf))
         if worst <= _ALIKE:
-            last = node_of(system, solved, jump=True, programs=programs)
+            last = node_of(solved, jump=True, programs=programs)
             return last._replace(broken=np.unique(np.concatenate(broken)))
         more = np.flatnonzero(over >= _TOGETHER * worst)
         broken.append(more)

@@ -100,7 +100,7 @@ def begun_with(system: System, state: Prediction, to: float | None, ratio: float
             return []
         solved, programs = found
     # ``looked``, the pose in which contacts were last looked for, is the reference pose
-    first = step_equilibrium.node_of(system, solved, programs=programs)._replace(looked=rest)
+    first = step_equilibrium.node_of(solved, programs=programs)._replace(looked=rest)
     assert state.mechanism is not None
     twists = np.array(state.mechanism.twists)
     # control displacement by the mechanism's twists as they are scaled, and that of the first step [m]

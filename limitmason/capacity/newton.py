@@ -89,8 +89,7 @@ class Way(NamedTuple):
     @property
     def missing(self) -> float:
         """What the control displacement lacks of its target, in elastic lengths; 0 without one."""
-        now = self.system
-        return 0.0 if self.target is None else (self.target - now.controlled(self.state.pose)) / now.length
+        return 0.0 if self.target is None else (self.target - self.state.control) / self.system.length
 
     def tangent(self, state: Evaluated, viscosity: float) -> Callable[[Array], Array | None] | None:
         """Solution of the bordered tangent of a state for an unbalance, shape (order + 1,), multiplier last.
@@ -110,7 +109,10 @@ class Way(NamedTuple):
 
         def solved(rest: Array) -> Array | None:
             """Motion and multiplier that undo an unbalance in own units, shape (order,)."""
-            step = factors.solve(np.append(-rest, missing))
+            right = np.empty(len(rest) + 1)
+            np.negative(rest, out=right[:-1])
+            right[-1] = missing
+            step = factors.solve(right)
             return step if np.isfinite(step).all() else None
 
         return solved
@@ -152,7 +154,9 @@ def solve(way: Way, *, iterations: int = ITERATIONS, shares: tuple[float, ...] =
 
     def lack(at: Way) -> Array:
         """What equilibrium lacks, and what is left of the control displacement."""
-        return np.append(at.rest, at.missing)
+        out = np.empty(len(at.made) + 1)
+        out[:-1], out[-1] = at.rest, at.missing
+        return out
 
     off, best = lack(way), np.inf
     for k in range(iterations + 1):

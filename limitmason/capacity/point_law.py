@@ -110,8 +110,10 @@ def trial(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Ar
     old : plastic state before the step
     displacement : (w, e...) of b against a, opening positive [m], shape (m, c)
     """
-    normal = law.kn * (old.lift - displacement[:, 0])
-    return np.column_stack([normal, law.ks[:, None] * (old.slip - displacement[:, 1:])])
+    stress = np.empty(displacement.shape)
+    np.multiply(law.kn, old.lift - displacement[:, 0], out=stress[:, 0])
+    np.multiply(law.ks[:, None], old.slip - displacement[:, 1:], out=stress[:, 1:])
+    return stress
 
 
 def return_map(law: ElastoplasticLaw, old: PlasticHistory, displacement: Array) -> Returned:

@@ -84,19 +84,19 @@ class Node(NamedTuple):
     handed: float = 0.0  # what contacts that were found anew at its start took off its load [-]
 
 
-def node_of(system: System, solved: newton.Solved, jump: bool = False, programs: int = 0) -> Node:
+def node_of(solved: newton.Solved, jump: bool = False, programs: int = 0) -> Node:
     """The node of a solved step, whose history is committed here.
 
     Parameters
     ----------
-    system, solved : equations of the path, and their solution
+    solved : a solution of the equations of the path
     jump : whether it was leapt to, without states on the way
     programs : how many cone programs were solved for it
     """
     s = solved.state
     return Node(
-        s.pose, s.returned.history, solved.multiplier, control=system.controlled(s.pose), force=s.force, jump=jump,
-        programs=programs, iterations=solved.iterations,
+        s.pose, s.returned.history, solved.multiplier, control=s.control, force=s.force, jump=jump, programs=programs,
+        iterations=solved.iterations,
     )
 
 
@@ -112,11 +112,11 @@ def dead_load(system: System, target: float | None = None, ratio: float = 1.0) -
     old, pose = system.virgin(), system.at_rest()
     solved = newton.solve(newton.Way.begin(system, pose, 0.0, old, target))
     if solved is not None:
-        return node_of(system, solved)
+        return node_of(solved)
     # the associative program first: a limit frozen at no normal force would carry nothing
     found = by_programs(system, pose, old, target, multiplier=0.0, normal=None, ratio=ratio)
     if found is not None:
-        return node_of(system, found[0], programs=found[1])
+        return node_of(found[0], programs=found[1])
     # blocks that first have to come down on each other, through gaps
     return quieted(system, pose, old, target, multiplier=0.0, normal=None, ratio=ratio, eta=_LANDING_ETA)
 
@@ -145,14 +145,14 @@ def step(
     for way in _ways(system, patient) if many else (newton.solve,):
         solved = None if guess is None and way is newton.solve else way(begun)
         if solved is not None:
-            return node_of(system, solved)
+            return node_of(solved)
     if many and not (patient and _programs_may_find(system)):
         return None
     found = by_programs(system, node.pose, node.history, target, node.multiplier, node.force[:, 0], ratio)
     if found is not None:
-        return node_of(system, found[0], programs=found[1])
+        return node_of(found[0], programs=found[1])
     solved = None if many else frozen_friction.solve(begun)
-    return None if solved is None else node_of(system, solved)
+    return None if solved is None else node_of(solved)
 
 
 def _ways(system: System, patient: bool) -> tuple[Callable[[newton.Way], newton.Solved | None], ...]:
@@ -239,7 +239,7 @@ def by_programs(
     for k in range(1, PROGRAMS + 1):
         now = way.state
         elastic = trial(system.law, old, now.contact.displacement) * area
-        advance = None if target is None else (target - system.controlled(now.pose)) * ratio
+        advance = None if target is None else (target - now.control) * ratio
         # without geometric stiffness free motions swing to and fro; a proximal term, gone at the end, damps them
         proximal = viscosity == 0.0 and k > _PLAIN
         eta, since = (PROXIMAL, None) if proximal else (viscosity, way.made if viscosity > 0.0 else None)
@@ -322,7 +322,7 @@ def quieted(
         if state.unbalance < _QUIET:
             last = newton.solve(newton.Way.begin(system, pose, multiplier, history, target))
             if last is not None:
-                return node_of(system, last, jump=True, programs=total)
+                return node_of(last, jump=True, programs=total)
         # what was left over is the viscous force: with less viscosity it is less
         eta *= _THINNER
     return None

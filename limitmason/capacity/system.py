@@ -50,6 +50,7 @@ class Evaluated(NamedTuple):
     force: Array  # [N], (m, c)
     pulled: Pulled
     residual: Array  # own units, free degrees of freedom
+    control: float  # control displacement of the pose [m]
 
     @property
     def unbalance(self) -> float:
@@ -103,6 +104,9 @@ class System:
         self.row_scale = np.where(turns, 1.0 / (weight * size), 1.0 / weight)
         self.motion_scale = np.where(turns, self.length / size, self.length)
         self._scale = self.row_scale[:, None] * self.motion_scale  # of stiffnesses to own units, shape (d, d)
+        # what every iteration asks for and does not change: scale of an element, places of the free degrees of freedom
+        self._element_scale, self._free = np.tile(self._scale, (2, 2)), np.flatnonzero(free)
+        self._axes, self._freedoms = (0,) * bodies.directions.shape[1], (0,) * free.shape[1]
         self.control_own = (self.control * self.motion_scale)[free] / self.length
         self.springs_own = (np.hstack([np.zeros_like(control), springs]) * self.length / weight)[free]
         self.ends = np.stack([number[bodies.block_a], number[bodies.block_b]], axis=1)  # (m, 2, d)
@@ -116,6 +120,11 @@ class System:
         self.tie_ends = np.stack([number[ties.block_a], number[ties.block_b]], axis=1)  # (t, 2, d)
         ends = np.concatenate([self.ends[self.starts], self.tie_ends])
         self._tangent_pattern(ends.reshape(len(ends), -1), number[loads.turning])
+        # row of what is prescribed and the corner behind it
+        self._borders = {
+            "control": np.append(self.control_own, 0.0), "multiplier": np.append(np.zeros(self.order), 1.0),
+        }
+        self._untied = None if len(ties.length) else pull(ties, bodies.basis[:6], self.at_rest(), np.zeros(0))
 
     def _tangent_pattern(self, *dofs: Index) -> None:
         """Where every entry goes in the bordered matrix.
@@ -159,10 +168,12 @@ class System:
         wrenches = point_wrenches(self.bodies, at)
         returned = return_map(self.law, old, at.displacement)
         force = returned.stress * self.bodies.area[:, None]
-        pulled = pull(self.ties, self.bodies.basis[:6], pose, old.stretched)
-        returned = returned._replace(history=returned.history._replace(stretched=pulled.plastic))
+        pulled = self._untied
+        if pulled is None:
+            pulled = pull(self.ties, self.bodies.basis[:6], pose, old.stretched)
+            returned = returned._replace(history=returned.history._replace(stretched=pulled.plastic))
         rest = self.unbalanced(pose, wrenches, force, pulled, multiplier)
-        return Evaluated(pose, at, wrenches, returned, multiplier, force, pulled, rest)
+        return Evaluated(pose, at, wrenches, returned, multiplier, force, pulled, rest, self.controlled(pose))
 
     def unbalanced(self, pose: Pose, wrenches: Array, force: Array, pulled: Pulled, multiplier: float) -> Array:
         """What loads, point forces, ties and springs leave over on the free motions, own units, shape (order,).
@@ -177,17 +188,17 @@ class System:
         """
         dead, live = self.loads.at(pose)
         total = block_wrenches(self.bodies, wrenches, force) + dead + multiplier * live
-        if len(self.ties.length):
+        if self._untied is None:
             for side, block in enumerate((self.ties.block_a, self.ties.block_b)):
                 np.add.at(total, block, pulled.tension[:, None] * pulled.wrenches[:, side])
         if self.bodies.deforming:
             total[:, -self.bodies.deforming :] -= self.springs * pose.shapes
-        return np.asarray((total * self.row_scale)[self.bodies.free])
+        return (total * self.row_scale).take(self._free)
 
     def applied(self, pose: Pose) -> tuple[Array, Array]:
         """Dead and live loads on the free degrees of freedom in a pose, own units, shape (order,) each."""
         dead, live = self.loads.at(pose)
-        return (dead * self.row_scale)[self.bodies.free], (live * self.row_scale)[self.bodies.free]
+        return (dead * self.row_scale).take(self._free), (live * self.row_scale).take(self._free)
 
     def relative(self, at: Evaluated, own: Array) -> tuple[Array, Array]:
         """Displacement of points, (m, c), and elongation of ties, (t,), in [m] each, by a small motion of the blocks.
@@ -199,11 +210,12 @@ class System:
 
         # virtual work: forces of a point push its blocks apart; a tie pulls them together, hence its minus
         motion, b = self._motion(own), self.bodies
-        ends_of_ties = np.stack([motion[self.ties.block_a], motion[self.ties.block_b]], axis=1)
-        longer = -np.einsum("tsd,tsd->t", at.pulled.wrenches, ends_of_ties)
-        displaced = np.empty(at.wrenches.shape[:2])
+        displaced = np.empty(at.force.shape)
         compiled.relative(b.block_a, b.block_b, at.wrenches, motion, displaced)
-        return displaced, longer
+        if self._untied is not None:
+            return displaced, self._untied.elongation
+        ends_of_ties = np.stack([motion[self.ties.block_a], motion[self.ties.block_b]], axis=1)
+        return displaced, -np.einsum("tsd,tsd->t", at.pulled.wrenches, ends_of_ties)
 
     def virgin(self) -> PlasticHistory:
         """The history of joints and ties that nothing has happened to."""
@@ -238,7 +250,7 @@ class System:
     def _motion(self, own: Array) -> Array:
         """Motion of all degrees of freedom, shape (n, d), of the free ones in own units."""
         motion = np.zeros(self.bodies.free.shape)
-        motion[self.bodies.free] = own
+        motion.ravel()[self._free] = own
         return motion * self.motion_scale
 
     def bordered(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> FrontFactors | SuperLU:
@@ -251,26 +263,26 @@ class System:
         prescribed : "control" or "multiplier", which is kept
         viscosity : eta of a viscous force in own units, one or of every unknown
         """
-        return self._factored(self.tangent(at, prescribed, viscosity))
+        return self._factored(self._entries(at, prescribed, viscosity))
 
-    def _factored(self, matrix: sparse.csc_matrix) -> FrontFactors | SuperLU:
-        """Factors of a matrix of the pattern: large ones by fronts."""
+    def _factored(self, value: Array) -> FrontFactors | SuperLU:
+        """Factors of a matrix of the pattern by its entries, (nnz,): large ones by fronts."""
         if not self.bodies.large:
-            return self._pivoted(matrix)
+            return self._pivoted(value)
         if self._fronts is None:  # the pattern stays, so that its order is looked for once
             count = self.bodies.free.sum(axis=1)
             has = count > 0
             node = np.repeat(np.arange(has.sum()), count[has])
             self._fronts = UnsymmetricFronts(self._pattern, node, self.bodies.centroid[has])
-        factors = self._fronts.factors(matrix.data)
-        return self._pivoted(matrix) if factors is None else FrontFactors(matrix, self._fronts, *factors, self._pivoted)
+        factors = self._fronts.factors(value)
+        return self._pivoted(value) if factors is None else FrontFactors(value, self._fronts, *factors, self._pivoted)
 
-    def _pivoted(self, matrix: sparse.csc_matrix) -> SuperLU:
-        """Sparse factors of a bordered tangent, with rows exchanged wherever that is called for."""
+    def _pivoted(self, value: Array) -> SuperLU:
+        """Sparse factors of a bordered tangent by its entries, with rows exchanged wherever that is called for."""
         # the order is for pivots on the diagonal: elements of blocks that deform are so wide that leaving it for every
         # larger entry fills the factors to twice the size, in four times the time, and they solve no better
         worth_leaving = 0.1 if self.bodies.deforming or self.bodies.large else 1.0
-        return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=worth_leaving)
+        return splu(self._matrix(value), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=worth_leaving)
 
     def along_tangent(self, at: Evaluated, move: float) -> Array | None:
         """Motion and multiplier, own units, by which the tangent goes on over a control displacement [m].
@@ -296,13 +308,13 @@ class System:
 
         ``prescribed`` is "control" or "multiplier", which is kept.
         """
-        matrix = self.tangent(at, prescribed)
+        value = self._entries(at, prescribed)
         try:
-            factors = self._factored(matrix)
+            factors = self._factored(value)
             if isinstance(factors, FrontFactors):
                 if factors.corrected(np.ones(self.order + 1))[1] <= ROUNDED:
                     return factors.fronts.sense(factors.store, factors.exchanged)
-                factors = self._pivoted(matrix)
+                factors = self._pivoted(value)
         except RuntimeError:
             return 0
         return determinant_sign(factors)
@@ -314,38 +326,46 @@ class System:
         ----------
         at, prescribed : the pose, and "control" or "multiplier", which is kept
         """
+        return self._matrix(self._entries(at, prescribed, viscosity))
+
+    def _matrix(self, value: Array) -> sparse.csc_matrix:
+        """The matrix of the pattern with these entries, (nnz,)."""
+        made = copy(self._pattern)  # shares its indices: a matrix made anew would check them again
+        made.data = value
+        return made
+
+    def _entries(self, at: Evaluated, prescribed: str, viscosity: Array | float = 0.0) -> Array:
+        """Entries of :meth:`tangent` in the order of the pattern, shape (nnz,)."""
         element = self._deforming_elements(at) if self.bodies.deforming else self._elements(at)
-        if len(self.ties.length):
+        if self._untied is None:
             element = np.concatenate([element, stiffness(at.pulled, self.bodies.basis[:6])])
         values = self._summed(element)
-        border = np.zeros(self.order) if prescribed == "multiplier" else self.control_own
-        corner = 1.0 if prescribed == "multiplier" else 0.0
         viscous = -self.springs_own - viscosity
         # every place once
-        values[self._rest] += np.concatenate([viscous, self.applied(at.pose)[1], border, [corner]])
+        values[self._rest] += np.concatenate([viscous, self.applied(at.pose)[1], self._borders[prescribed]])
         if len(self._turning):
             turned = self.loads.load_tangent(at.pose, at.multiplier) * self._scale
             moves = self._turning >= 0
             values[self._turning[moves]] += turned.ravel()[moves]
-        made = copy(self._pattern)  # shares its indices: a matrix made anew would check them again
-        made.data = values
-        return made
+        return values
 
     def _summed(self, element: Array) -> Array:
         """Entries of the tangent, own units, by elements in newtons and metres, (k, 2 d, 2 d)."""
         from limitmason.capacity import compiled
 
         values = np.zeros(self._pattern.nnz)
-        compiled.assembled(element, np.tile(self._scale, (2, 2)), self._slot, values)
+        compiled.assembled(element, self._element_scale, self._slot, values)
         return values
 
     def _elements(self, at: Evaluated) -> Array:
         """Derivative of the wrenches by the motions, per run of points between two rigid blocks, (k, 2 d, 2 d)."""
         from limitmason.capacity import compiled
 
-        d, c = self.bodies.basis.shape[1], at.force.shape[1]
-        out = np.empty((len(self.starts), 2 * d, 2 * d))
-        compiled.elements((0,) * c, (0,) * d, self.bodies.area, at.wrenches, at.returned.tangent, self.starts, out)
+        d = len(self._freedoms)
+        out, law = np.empty((len(self.starts), 2 * d, 2 * d)), at.returned
+        compiled.elements(
+            self._axes, self._freedoms, self.bodies.area, at.wrenches, law.tangent, self.starts, out
+        )
         return out + geometric_stiffness(self.bodies, at.contact, at.force, self.starts)
 
     def _deforming_elements(self, at: Evaluated) -> Array:

@@ -39,6 +39,20 @@ def extend_add(f11: Array, f21: Array, f22: Array, update: Array, place: Index) 
                 f22[place[i] - owned, b - owned] += update[i, j]
 
 
+@njit(cache=True)
+def product(start: NDArray[np.int32], row: NDArray[np.int32], value: Array, x: Array, out: Array) -> None:
+    """Add a matrix by compressed columns times a vector to ``out``, shape (n,).
+
+    Parameters
+    ----------
+    start, row : where every column begins, (n + 1,), and the row of every entry, (nnz,)
+    value, x : entries of the matrix, (nnz,), and the vector, (n,)
+    """
+    for j in range(len(x)):
+        for k in range(start[j], start[j + 1]):
+            out[row[k]] += value[k] * x[j]
+
+
 @njit(cache=True, fastmath=FAST)
 def substitute(
     x: Array, first: Index, owned: Index, edge_start: Index, edge: Index, store_start: Index, store: Array

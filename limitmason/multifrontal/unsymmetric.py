@@ -34,6 +34,7 @@ class UnsymmetricFronts:
     def __init__(self, pattern: sparse.csc_matrix, node: Index, position: Array) -> None:
         """Find the order, and where every entry and every update goes."""
         nodes = len(position)
+        self._pattern = pattern.indptr, pattern.indices
         node = np.append(node, nodes)  # the border is a node of its own
         column = np.repeat(np.arange(pattern.shape[1]), np.diff(pattern.indptr))  # of every entry
         # graph of the nodes that share an entry
@@ -116,6 +117,14 @@ class UnsymmetricFronts:
         found = np.empty_like(x)
         found[self.order] = x
         return found
+
+    def product(self, value: Array, x: Array) -> Array:
+        """A matrix of the pattern by its entries, shape (nnz,), times a vector, shape (n + 1,)."""
+        from limitmason.multifrontal.kernels import product
+
+        out = np.zeros(len(x))
+        product(*self._pattern, value, x, out)
+        return out
 
     def sense(self, store: Array, pivot: Index) -> int:
         """Sign of the determinant: of the pivots, turned by every exchange of rows.

@@ -32,8 +32,8 @@ def test_a_path_in_the_reference_geometry_is_refused(monkeypatch):
 def test_a_path_that_does_not_commit_its_history_is_refused(monkeypatch):
     real = step_equilibrium.node_of
 
-    def forgetful(system, solved, *arguments, **options):
-        node = real(system, solved, *arguments, **options)
+    def forgetful(solved, *arguments, **options):
+        node = real(solved, *arguments, **options)
         return node._replace(history=node.history._replace(slip=np.zeros_like(node.history.slip)))
 
     monkeypatch.setattr(step_equilibrium, "node_of", forgetful)

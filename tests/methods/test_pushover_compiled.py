@@ -60,7 +60,7 @@ def test_displacements_wrenches_and_elements_of_a_turned_pose_are_the_same(in_pl
     at = contact(bodies, pose)
     wrenches = point_wrenches(bodies, at)
     returned = return_map(law, PlasticHistory(np.zeros((m, c - 1)), np.zeros(m)), at.displacement)
-    state = Evaluated(pose, at, wrenches, returned._replace(tangent=tangent), 0.0, force, None, None)
+    state = Evaluated(pose, at, wrenches, returned._replace(tangent=tangent), 0.0, force, None, None, 0.0)
     arrays = whole_arrays.contact(bodies, pose)
     theirs = whole_arrays.point_wrenches(bodies, arrays)
     for mine, other in (

@@ -385,8 +385,8 @@ def test_how_far_a_bond_is_past_the_tip_of_its_cone_counts_however_little_it_sli
 def test_a_path_that_forgets_its_damage_is_refused(monkeypatch):
     real = step_equilibrium.node_of
 
-    def healed(system, solved, *arguments, **options):
-        node = real(system, solved, *arguments, **options)
+    def healed(solved, *arguments, **options):
+        node = real(solved, *arguments, **options)
         return node._replace(history=node.history._replace(damage=np.zeros_like(node.history.lift)))
 
     monkeypatch.setattr(step_equilibrium, "node_of", healed)

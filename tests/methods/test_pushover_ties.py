@@ -208,8 +208,8 @@ def test_blocks_that_deform_refuse_ties_by_name():
 def test_a_path_that_forgets_what_a_tie_has_yielded_is_refused(monkeypatch):
     real = step_equilibrium.node_of
 
-    def forgetful(made, solved, *arguments, **options):
-        node = real(made, solved, *arguments, **options)
+    def forgetful(solved, *arguments, **options):
+        node = real(solved, *arguments, **options)
         return node._replace(history=node.history._replace(stretched=np.zeros_like(node.history.stretched)))
 
     monkeypatch.setattr(step_equilibrium, "node_of", forgetful)
