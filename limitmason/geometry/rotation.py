@@ -61,8 +61,10 @@ def axial(tensor: Array) -> Array:
     ----------
     tensor : P, shape (..., 3, 3)
     """
-    p = tensor
-    return np.stack([p[..., i, j] - p[..., j, i] for i, j in ((1, 2), (2, 0), (0, 1))], axis=-1)
+    out = np.empty(tensor.shape[:-1])
+    for k, i, j in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[..., k] = tensor[..., i, j] - tensor[..., j, i]
+    return out
 
 
 def rotation_matrices(vector: ArrayLike) -> Array:

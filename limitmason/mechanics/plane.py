@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from limitmason.arrays import Array, Flags
+from limitmason.geometry.polyhedron import face_planes, group_by_topology
 from limitmason.geometry.rotation import vector_product
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
@@ -77,20 +78,16 @@ def contacts_stay_in_plane(assembly: Assembly, plane: Plane) -> bool:
     both sides as what moves. A slide past an oblique edge, or onto a half-wide block, takes place in space.
     """
     free = ~assembly.fixed
-    spans = []  # of every part: how far it reaches along the normal, from and to [m]
-    for body in assembly.blocks:
-        for part in body.parts:
-            v = np.asarray(part.vertices)
-            off = v @ plane.normal - plane.level
-            spans.append((off.min(initial=np.inf), off.max(initial=-np.inf)))
-            for face in part.faces:
-                x = v[list(face)]
-                n = np.cross(x - x[0], np.roll(x, -1, axis=0) - x[0]).sum(axis=0)  # normal, twice the area long
-                across = abs(float(n @ plane.normal)) / max(float(np.linalg.norm(n)), 1e-300)
-                # 0 for a face square to the plane, 1 for one in it: all between are oblique
-                if _SKEW < across < 1.0 - _SKEW:
-                    return False
-    span = np.reshape(spans, (-1, 2))
+    parts = [part for body in assembly.blocks for part in body.parts]
+    span = np.empty((len(parts), 2))  # of every part: how far it reaches along the normal, from and to [m]
+    for faces, members, vertices in group_by_topology(parts):
+        off = vertices @ plane.normal - plane.level
+        span[members, 0], span[members, 1] = off.min(axis=1), off.max(axis=1)
+        for face in faces:
+            across = np.abs(face_planes(vertices[:, list(face)])[0] @ plane.normal)
+            # 0 for a face square to the plane, 1 for one in it: all between are oblique
+            if ((across > _SKEW) & (across < 1.0 - _SKEW)).any():
+                return False
     moves = np.repeat(free, [len(b.parts) for b in assembly.blocks])
     wide = np.abs(span[moves]).max(initial=0.0)  # of what moves, to the farther side
     symmetric = np.abs(span.sum(axis=1)) <= _SKEW * wide

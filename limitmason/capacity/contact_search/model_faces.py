@@ -10,6 +10,7 @@ from limitmason.capacity.contact_search.faces import ALONG, Shapes
 from limitmason.capacity.contact_search.near import NEAR, OVERSHOOT, Near, gap_and_inside, near_corners
 from limitmason.capacity.contacts import PathContacts, turned_over
 from limitmason.capacity.kinematics import at_rest
+from limitmason.geometry.rotation import vector_product
 from limitmason.mechanics.plane import Plane
 from limitmason.model.assembly import Assembly
 
@@ -106,7 +107,7 @@ def _outlines(assembly: Assembly, contacts: PathContacts, plane: Plane | None) -
                     continue
                 if abs(n @ plane.normal) > _SQUARE:
                     continue  # it lies in the plane, or oblique to it: no line of the problem
-                along = np.cross(plane.normal, n)
+                along = vector_product(plane.normal, n)
                 s = x @ along
                 flat = x[[int(s.argmin()), int(s.argmax())]]
                 out.append((b, flat + (level - flat @ plane.normal)[:, None] * plane.normal, n))
@@ -134,20 +135,23 @@ def _inset(
     if plane is None:
         return 0.0
     found = []
-    faces: dict[int, list[tuple[Array, Array]]] = {}
-    for b, points, n in outlines:
-        faces.setdefault(b, []).append((points, n))
+    block, normals = np.array([b for b, _, _ in outlines]), np.reshape([n for _, _, n in outlines], (-1, 3))
+    ends = np.reshape([points for _, points, _ in outlines], (-1, 2, 3))
+    at_face = _AT_FACE * np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    of_block = {int(b): np.flatnonzero(block == b) for b in np.unique(block)}
     # the first and the last point of every joint stand at its ends
     first = np.flatnonzero(np.diff(contacts.interface, prepend=-2))
     last = np.append(first[1:], contacts.count) - 1
     for i in np.concatenate([first, last]):
         nearest = []  # distances to the end of either block's face [m]
-        for block, sign in ((contacts.block_a[i], 1.0), (contacts.block_b[i], -1.0)):
-            n = sign * contacts.directions[i, 0]
-            for points, normal in faces.get(int(block), []):
-                off = abs((contacts.place_b[i] - points[0]) @ normal)
-                if normal @ n > 1.0 - _SQUARE and off < _AT_FACE * np.linalg.norm(points[1] - points[0]):
-                    nearest.append(float(np.linalg.norm(points - contacts.place_b[i], axis=1).min()))
+        for b, sign in ((contacts.block_a[i], 1.0), (contacts.block_b[i], -1.0)):
+            own = of_block.get(int(b), np.zeros(0, np.intp))
+            to_ends = ends[own] - contacts.place_b[i]
+            off = np.abs((to_ends[:, 0] * normals[own]).sum(axis=1))
+            along = normals[own] @ (sign * contacts.directions[i, 0])
+            meets = (along > 1.0 - _SQUARE) & (off < at_face[own])
+            if meets.any():
+                nearest.append(float(np.linalg.norm(to_ends[meets], axis=2).min()))
         if nearest:
             found.append(min(nearest))
     inset = float(np.median(found)) if found else 0.0
