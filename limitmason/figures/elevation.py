@@ -105,7 +105,7 @@ class Elevation:
         return out
 
     def frame(self, motion: RigidMotion | None = None) -> Window:
-        """Window of free blocks before and after the motion, and fixed ones in a margin."""
+        """Window of free blocks before and after the motion, and fixed ones, as they move too, in a margin."""
         free = np.flatnonzero(~self.assembly.fixed)
         points = self._corners(free_or_all(self.assembly))
         if motion is not None and len(free):
@@ -113,7 +113,8 @@ class Elevation:
         low, high = points.min(axis=0), points.max(axis=0)
         fixed = np.flatnonzero(self.assembly.fixed)
         if len(fixed) and len(free):
-            held = self._corners(fixed)
+            # a support that gives way moves too
+            held = np.concatenate([self._corners(fixed), *([] if motion is None else [self._corners(fixed, motion)])])
             low, high = with_held(low, high, np.array([held.min(axis=0), held.max(axis=0)]), _HELD_SHOWN)
         margin = 0.02 * float((high - low).max())  # lines at the edge show their whole width
         return Window(low - margin, high + margin)

@@ -20,7 +20,7 @@ from figure_models import (
 )
 from matplotlib.figure import Figure
 
-from limitmason import Assembly, Loads, figures
+from limitmason import Assembly, Loads, figures, settlement_analysis
 from limitmason.figures import outline
 from limitmason.geometry import box
 from limitmason.mechanics import rigid_motion
@@ -306,3 +306,15 @@ def test_given_axes_are_drawn_on():
     assert right.collections
     assert left.get_title(loc="left") == "left"
     assert own.get_size_inches().tolist() == [6, 3]
+
+
+def test_a_support_that_settles_is_drawn_whole():
+    """A part of it was below the page."""
+    posts = [box((x, 0, -0.2), (x + 1, 1, 0)) for x in (0, 3)]
+    beam = Assembly.from_polyhedra([*posts, box((0, 0, 0), (4, 1, 1))], joint=JOINT, fixed=[0, 1])
+    for direction in ("-z", "+z"):
+        figure = figures.mechanism(beam, settlement_analysis(beam, 1, direction=direction), scale=0.1)
+        drawn = np.concatenate([p.vertices for p in artist(figure, "fixed").get_paths()])
+        (left, right), (bottom, top) = figure.axes[0].get_xlim(), figure.axes[0].get_ylim()
+        assert (drawn > (left, bottom)).all()
+        assert (drawn < (right, top)).all()
