@@ -103,3 +103,15 @@ def test_answers_without_forces_or_structure_are_refused():
         lm.force_table(falls)
     with pytest.raises(InputError, match="give the assembly"):
         lm.force_table(lm.Prediction("other", 1.0, "estimate", "solved"))
+
+
+def test_forces_are_told_of_the_structure_that_was_solved_alone():
+    """Joints between held blocks are no part of a settlement: the supports were said to bear another load than W."""
+    strip = [box((k, 0, -1), (k + 1, 1, 0)) for k in range(4)]
+    made = lm.Assembly.from_polyhedra([*strip, box((0, 0, 0), (4, 1, 0.5))], joint=lm.Joint(30.0), fixed=range(4))
+    found = lm.settlement_analysis(made, [2, 3])
+    borne = [row["fz"] for row in rows_of(lm.force_table(found), "support").values()]
+    assert -sum(borne) == pytest.approx(made.weights[4], rel=1e-9)
+    for told in (lm.force_table, lambda answer, model: lm.figures.contact_forces(model, answer)):
+        with pytest.raises(InputError, match="forces of 4 joints and ties, the assembly has 7: give the structure"):
+            told(found, made)
