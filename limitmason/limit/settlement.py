@@ -174,7 +174,7 @@ def least_reaction(
         cases[:, i] = total * across[:, 0] * unit
         prediction = largest_multiplier(guided, settling, cases, **options)
     # of a mere turn R is a moment
-    prediction = _with_reaction(prediction, total, "N" if any(direction.translation) else "N m")
+    prediction = with_reaction(prediction, total, "N" if any(direction.translation) else "N m")
     if all_move:
         words = "every support settles: the structure follows as one, and R is its dead load alone"
         prediction = replace(prediction, warnings=(*prediction.warnings, words))
@@ -188,7 +188,7 @@ def least_reaction(
     return replace(prediction, mechanism=mechanism, method=settling.name), ZERO_REACTION * total
 
 
-def _with_reaction(prediction: Prediction, total: float, unit: str) -> Prediction:
+def with_reaction(prediction: Prediction, total: float, unit: str) -> Prediction:
     """An answer in multipliers as one in reactions, R = -lambda ``total`` [N].
 
     The live load pushes the support along its motion d, the reaction acts against d: hence the minus.

@@ -19,6 +19,7 @@ from limitmason.limit.settlement import (
     largest_multiplier,
     least_reaction,
     refuse_other_options,
+    with_reaction,
 )
 from limitmason.model.assembly import Assembly
 from limitmason.model.contact_warnings import loose_blocks
@@ -43,8 +44,9 @@ class Thrust:
     least, greatest : force along ``direction`` with which the structure presses on the support, or what lies before a
         cut on what lies behind it [N]; infinite where nothing bounds it, NaN where the structure cannot stand
     direction : unit vector, shape (3,)
-    states : the predictions at both ends: joint forces, mechanism as the support gives way, certificate. Draw the lines
-        of thrust with ``lm.figures.contact_forces(state.structure, state)``
+    states : the predictions at both ends: joint forces, mechanism as the support or the cut gives way, certificate.
+        ``reaction.least`` is the thrust at the least, and minus the thrust at the greatest. Draw the lines of thrust
+        with ``lm.figures.contact_forces(state.structure, state)``
     """
 
     least: float
@@ -54,10 +56,15 @@ class Thrust:
 
     def __str__(self) -> str:
         """Both ends with the direction."""
-        d = ", ".join(f"{v:.4g}" for v in self.direction.round(9) + 0.0)
+        d = _words(self.direction)
         if math.isnan(self.least) or math.isnan(self.greatest):
             return f"no thrust along ({d}): {' and '.join(dict.fromkeys(str(s.status) for s in self.states))}"
         return f"thrust {self.least:.6g} N to {self.greatest:.6g} N along ({d})"
+
+
+def _words(direction: Array) -> str:
+    """A unit vector in words, shape (3,): what is zero but for rounding is zero."""
+    return ", ".join(f"{v:.4g}" for v in direction.round(9) + 0.0)
 
 
 @of_model
@@ -114,7 +121,7 @@ def thrust(
         names = [cut] if isinstance(cut, str) else cut
         if len(set(names)) < len(names):
             raise InputError(f"cut: a joint is named twice in {', '.join(names)}")
-        joints = [k for name in names for k in _joints(assembly, name)]
+        joints, group = [k for name in names for k in _joints(assembly, name)], []
         _refuse_sole_bearing(assembly, joints, loads)
         first, second = ([getattr(assembly.interfaces[k], f"block_{s}") for k in joints] for s in "ab")
         between = assembly.centroids[second].mean(axis=0) - assembly.centroids[first].mean(axis=0)
@@ -128,20 +135,27 @@ def thrust(
     d = d / np.linalg.norm(d) + 0.0
     # the least reaction against a support that gives way along d is the least thrust on it; along -d, the greatest
     ends = []
-    for sense in (1.0, -1.0):
+    for end, sense in (("least", 1.0), ("greatest", -1.0)):
         if cut:
             state = _through(assembly, joints, sense * d, loads, options)
-            value = -sense * state.collapse_multiplier
+            where = "through " + ", ".join(dict.fromkeys(assembly.joint_names[k] for k in joints))
         else:
             assert support is not None
-            motion = SupportMotion(tuple(sense * d))
-            state, _ = least_reaction(assembly, support, motion, loads, options)
-            assert state.reaction is not None
-            value = sense * state.reaction.least
+            state, _ = least_reaction(assembly, support, SupportMotion(tuple(sense * d)), loads, options)
+            where = "on " + ", ".join(assembly.blocks[i].name for i in group)
+        assert state.reaction is not None
+        value = sense * state.reaction.least
         value = 0.0 if abs(value) < NO_THRUST * np.abs(loads.dead).max() else value
+        state = replace(state, method=f"{end} thrust {where}, which gives way along ({_words(sense * d)})")
         ends.append((-sense * math.inf if state.status == Status.UNBOUNDED else value, state))
     (least, low), (greatest, high) = ends
-    return Thrust(float(least), float(greatest), d, (low, high))
+    return Thrust(float(least), float(greatest), d, (_as_range(low, least, greatest), _as_range(high, least, greatest)))
+
+
+def _as_range(state: Prediction, least: float, greatest: float) -> Prediction:
+    """The state at one end, which stands without a thrust if zero lies between ``least`` and ``greatest``."""
+    assert state.reaction is not None
+    return replace(state, reaction=state.reaction._replace(stands_without=bool(least <= 0.0 <= greatest)))
 
 
 def _joints(assembly: Assembly, name: str) -> list[int]:
@@ -182,7 +196,7 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
 
     Returns
     -------
-    Prediction: its collapse multiplier is that force [N].
+    Prediction: its least reaction is minus that force [N].
     """
     n, m = assembly.n_blocks, len(joints)
     behind = [assembly.interfaces[k].block_b for k in joints]
@@ -215,4 +229,9 @@ def _through(assembly: Assembly, joints: list[int], d: Array, loads: Loads, opti
     cutting = Loads(dead, pairs(seen / m), f"thrust through {', '.join(assembly.joint_names[k] for k in joints)}")
     across = guides_across(made, cutting, seen, np.ones(6, dtype=bool), options.get("in_plane"))
     found = largest_multiplier(made, cutting, pairs(across), **options)
-    return replace(found, method=cutting.name, collapse_multiplier=found.collapse_multiplier * total)
+    # told of the blocks that there are: a plate only differs from the block behind it by the way that the cut gives
+    mechanism = found.mechanism and replace(found.mechanism, twists=found.mechanism.twists[:n])
+    # a force [N], not a multiplier; the reasons that go with a reaction speak of a support
+    return replace(
+        with_reaction(found, total, "N"), warnings=found.warnings, structure=assembly, loads=loads, mechanism=mechanism
+    )

@@ -288,6 +288,24 @@ def test_a_cut_goes_through_all_faces_at_which_two_blocks_touch():
         assert (found.least, found.greatest) == pytest.approx((wall.weights[2] / 3, 2 * wall.weights[2] / 3), rel=1e-6)
 
 
+def test_both_ends_of_a_thrust_are_told_as_forces_on_the_arch_that_was_given():
+    """Through the crown H is that on a springing, and crosses every joint. It was told as lambda, of the cut blocks."""
+    arch = lm.build.arch(radius=1.0, thickness=0.2, width=0.5, voussoirs=12, joint=lm.Joint(60.0))
+    for asked, where in (({"cut": "voussoir-6|voussoir-7"}, "through voussoir-6|voussoir-7"),
+                         ({"support": "base-right"}, "on base-right")):
+        found = lm.thrust(arch, **asked)
+        ends = (found.least, "least", "(1, 0, 0)"), (-found.greatest, "greatest", "(-1, 0, 0)")
+        for state, (reaction, end, way) in zip(found.states, ends, strict=True):
+            assert str(state).startswith(
+                f"{end} thrust {where}, which gives way along {way}: least reaction {reaction:.6g} N"
+            )
+            assert state.reaction.by_mechanism <= state.reaction.least <= state.reaction.by_forces + 1e-6
+            assert not state.reaction.stands_without  # an arch does not stand without its abutment
+            across = [row[2] for row in lm.force_table(state, arch).rows if row[0] == "joint" and "base" not in row[1]]
+            assert np.abs(across) == pytest.approx(abs(reaction), rel=1e-6)
+            assert lm.figures.mechanism(arch, state).axes
+
+
 @pytest.mark.parametrize(("known", "high"), [(1.9, 1.5), (1.4, math.inf)])
 def test_an_end_at_which_nothing_is_proven_is_no_proof_of_a_fall(known, high):
     """The margin is 1.5 - x as far as it is known: far = 2 was said to be proven to fall before, and 1 to stand."""
