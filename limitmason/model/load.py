@@ -15,13 +15,18 @@ from limitmason.model.applied_forces import AppliedForces
 from limitmason.model.axles import axle_forces
 from limitmason.model.backfill import backfill_forces
 from limitmason.model.input import read_direction, read_fixed, read_vector
-from limitmason.model.load_arrays import LARGEST, LoadArrays
+from limitmason.model.load_arrays import DEAD_LOADS, LARGEST, LoadArrays
 from limitmason.model.patch_pressure import patch_forces
 from limitmason.model.plausibility import warn_of_point
 from limitmason.model.pressure import Pressure, side_forces
 
 if TYPE_CHECKING:
     from limitmason.model.assembly import Assembly
+
+SELF_WEIGHT = "self weight"
+"""Name of loads without a live part, as :meth:`Loads.weight` makes them."""
+
+_OTHERS = " and others"
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +62,7 @@ class Loads(LoadArrays):
         _assembly(assembly)
         dead = np.zeros((assembly.n_blocks, 6))
         dead[:, 2] = -assembly.weights
-        return cls(dead, np.zeros_like(dead), "self weight")
+        return cls(dead, np.zeros_like(dead), SELF_WEIGHT)
 
     @classmethod
     def body_force(cls, assembly: Assembly, direction: ArrayLike) -> Loads:
@@ -158,7 +163,7 @@ class Loads(LoadArrays):
             warn_of_point(assembly.blocks[i].name, point, assembly.blocks[i].bounds)
         forces = AppliedForces.none(assembly)
         forces.add(i, point, f)
-        return self._with(forces, case)
+        return self._with(forces, case, f"point load on {assembly.blocks[i].name}")
 
     def with_pressure(
         self,
@@ -204,7 +209,7 @@ class Loads(LoadArrays):
         if pushes is None and (pressure, level, unit_weight) != (None, None, None):
             raise InputError(f"load on {on}: give either pressure or traction")
         forces = side_forces(assembly, i, face, pushes or read_vector("traction", traction))
-        return self._with(forces, case)
+        return self._with(forces, case, f"pressure on {assembly.blocks[i].name}")
 
     def with_patch_pressure(
         self,
@@ -251,7 +256,7 @@ class Loads(LoadArrays):
             raise InputError("load on a patch: give either pressure or force")
         forces, area = patch_forces(assembly, corners, Pressure(1.0) if force is not None else pushes)
         factor = 1.0 if force is None else finite("force", force) / area
-        return self._with(forces, case, factor)
+        return self._with(forces, case, "pressure on a patch", factor)
 
     def with_backfill(
         self,
@@ -287,7 +292,7 @@ class Loads(LoadArrays):
         """
         self._check_fits(assembly)
         forces = backfill_forces(assembly, level, density, lateral=lateral, blocks=blocks)
-        return self._with(forces, case)
+        return self._with(forces, case, "fill")
 
     def with_axle(
         self,
@@ -321,7 +326,7 @@ class Loads(LoadArrays):
             assembly, finite("at", at), finite("force", force), level=finite("level", level), spread_deg=spread_deg,
             contact=contact,
         )
-        return self._with(forces, case)
+        return self._with(forces, case, f"axle at x = {at:.4g} m")
 
     def with_precompression(self, assembly: Assembly, force: float, *, block: int | str = "beam") -> Loads:
         """These loads and a vertical dead force at the centroid of the loading beam.
@@ -359,7 +364,7 @@ class Loads(LoadArrays):
         forces = AppliedForces.none(assembly)
         for i in rows:
             forces.force[i] = assembly.weights[i] * read_vector("direction", direction)
-        return self._with(forces, case)
+        return self._with(forces, case, "body force")
 
     def _check_fits(self, assembly: Assembly) -> None:
         """Refuse what is no assembly, and one of another number of blocks."""
@@ -367,18 +372,26 @@ class Loads(LoadArrays):
         if len(self.dead) != assembly.n_blocks:
             raise InputError(f"these loads are for {len(self.dead)} blocks, the assembly has {assembly.n_blocks}")
 
-    def _with(self, forces: AppliedForces, case: str, factor: float = 1.0) -> Loads:
+    def _with(self, forces: AppliedForces, case: str, what: str, factor: float = 1.0) -> Loads:
         """These loads and further forces, added to the dead or the live part.
+
+        Loads that are called by their dead part take the name of the first live load. Further ones are "and others".
 
         Parameters
         ----------
         forces : to be added
         case : "dead" or "live"
+        what : name of the forces
         factor : on the forces [-]
         """
         choice("case", case, ("dead", "live"))
-        parts = {case: factor * forces.wrench, f"{case}_arms": factor * forces.arms}
-        return replace(self, **{name: getattr(self, name) + part for name, part in parts.items()})
+        parts, name = {case: factor * forces.wrench, f"{case}_arms": factor * forces.arms}, self.name
+        if case == "live" and parts["live"].any():
+            if self.live.any():
+                name = name if not name or name.endswith(_OTHERS) else name + _OTHERS
+            elif name in (SELF_WEIGHT, DEAD_LOADS):
+                name = what
+        return replace(self, name=name, **{key: getattr(self, key) + part for key, part in parts.items()})
 
 
 def _assembly(given: Any) -> None:

@@ -17,6 +17,9 @@ from limitmason.storage.frozen import ReadOnly
 LARGEST = 1e30
 """Loads beyond it are errors of input [N, N m]: the squares of others are numbers."""
 
+DEAD_LOADS = "dead loads"
+"""Name of loads whose live part was taken away."""
+
 _PARTS = ("dead", "live", "dead_arms", "live_arms")
 
 
@@ -85,7 +88,7 @@ class LoadArrays(ReadOnly):
         dead, live : the factors [-]; where that takes the live load away the case is called "dead loads"
         """
         factor = {"dead": finite("dead", dead), "live": finite("live", live)}
-        name = "dead loads" if live == 0.0 and self.live.any() else self.name
+        name = DEAD_LOADS if live == 0.0 and self.live.any() else self.name
         return replace(self, name=name, **{k: factor[k.removesuffix("_arms")] * getattr(self, k) for k in _PARTS})
 
     def of_blocks(self, order: ArrayLike) -> Self:

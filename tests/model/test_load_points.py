@@ -1,5 +1,7 @@
 """Points of application: what loads keep of them, and pressures that grow with depth, by statics."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -257,3 +259,18 @@ def test_a_patch_loads_the_faces_that_a_drawing_leaves_a_hair_behind_its_plane()
     patch = [(0, 0, 0), (1, 0, 0), (1, 0, 3), (0, 0, 3)]
     pressed = lm.Loads.weight(model).with_patch_pressure(model, patch, pressure=100.0)
     assert pressed.live[:, 1] == pytest.approx([100.0, 100.0, 100.0])
+
+
+def test_loads_are_called_by_what_the_multiplier_scales():
+    """A pushed pier was "self weight" in reports and on the axes of a region."""
+    wall = lm.build.column(width=0.4, depth=0.3, unit_height=0.3, courses=2, joint=lm.Joint(35.0))
+    weight, down = lm.Loads.weight(wall), (0.0, 0.0, -1.0)
+    pushed = weight.with_point_load(wall, 2, down)
+    assert pushed.name == "point load on column-2"
+    assert weight.with_point_load(wall, 2, down, case="dead").name == "self weight"
+    assert lm.Loads.horizontal(wall).scaled(live=0.0).with_body_force(wall, (0, 1, 0)).name == "body force"
+    assert weight.with_axle(wall, 0.2, 1e3, level=0.7).name == "axle at x = 0.2 m"
+    more = pushed.with_pressure(wall, 1, pressure=1e3, face="-x", case="live").with_point_load(wall, 1, down)
+    assert more.name == "point load on column-2 and others"
+    named = replace(weight, name="left").with_point_load(wall, 2, down)
+    assert named.name == "left"
