@@ -26,6 +26,8 @@ def add_commands(commands: argparse._SubParsersAction) -> None:
         commands, "stability", _stability, target="", help="whether a model can stand, how well, and with what thrust"
     )
     stands.add_argument("--support", nargs="+", metavar="BLOCK", help="held blocks: least and greatest thrust on them")
+    stands.add_argument("--along", type=float, nargs=3, metavar=("X", "Y", "Z"),
+                        help="direction of that thrust; default: level, from the middle of the blocks to the support")
     stands.add_argument("--figure", type=console.figure_file, metavar="FILE", help="draw its forces, or how it falls")
     console.drawing_options(stands, tilt=False)
 
@@ -81,12 +83,19 @@ def _stability(options: argparse.Namespace) -> int:
     """
     assembly, loads, title, _ = console.read_target(options.target, options, needs_live_load=False)
     dead = loads.scaled(live=0.0)
+    if options.along and not options.support:
+        raise InputError("--along needs --support")
     if options.support:
         group_of(assembly, options.support)  # a name that is wrong is said before the analysis
     found = stability(assembly, dead)
     console.show_text(str(found))
     if options.support and found.stands:
-        console.show_text(str(thrust(assembly, options.support, loads=dead)))
+        try:
+            told = thrust(assembly, options.support, direction=options.along, loads=dead)
+        except InputError as error:
+            # one slab under both ends of an arch lies in no direction
+            raise InputError(str(error).replace("direction: none", "--along: no direction")) from None
+        console.show_text(str(told))
     if options.figure:
         solve_and_draw.draw(options.figure, "forces" if found.stands else "mechanism", assembly, found.state, title)
     return 0 if found.stands and found.stands_on_path is not False else 3

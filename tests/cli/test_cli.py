@@ -11,6 +11,7 @@ import sys
 
 import pytest
 
+import limitmason as lm
 from limitmason import cli
 from limitmason.cli import main, solve_and_draw
 from limitmason.cli.parser import command_parser
@@ -349,6 +350,18 @@ def test_a_support_that_is_not_there_is_refused_before_the_analysis(monkeypatch,
     monkeypatch.setattr("limitmason.cli.safety.stability", lambda *_: pytest.fail("the analysis ran"))
     assert main(["stability", "ferris-tin-loi-2001/wall-3", "--support", "nope"]) == 2
     assert "nope" in capsys.readouterr().err
+
+
+def test_a_thrust_on_one_slab_is_asked_along_a_direction(tmp_path, capsys):
+    """The middle of a pier stands over that of its slab: 'give one' was said, and no option took it."""
+    joint = lm.Joint(35.0, dilatancy_angle_deg=35.0)
+    pier = lm.build.column(width=0.4, depth=0.4, unit_height=0.5, courses=1, joint=joint)
+    lm.formats.write_json(tmp_path / "pier.json", pier)
+    typed = ["stability", str(tmp_path / "pier.json"), "--support", "base"]
+    assert main(typed) == 2
+    assert "--along: no direction follows" in capsys.readouterr().err
+    assert main([*typed, "--along", "0", "0", "-1"]) == 0
+    assert f"thrust {pier.weights[1]:.6g} N to {pier.weights[1]:.6g} N along (0, 0, -1)" in capsys.readouterr().out
 
 
 def test_an_option_of_an_experiment_that_is_true_or_false_is_no_word():

@@ -147,7 +147,7 @@ VALUES = {
     "--support": ["base-left"], "--forces": ["forces.csv"], "--axle": ["0.5", "2e4"], "--level": ["1.0"],
     "--push": ["block-3", "500", "0", "0"], "--live": [], "--within": ["0.01"], "--sld": ["0.05", "2.5", "0.25"],
     "--site": [], "--slc": ["0.2", "2.5", "0.3"], "--soil": ["D"], "--topography": ["1.2"], "--mode": ["0.3", "1.2"],
-    "--confidence": ["1.2"],
+    "--confidence": ["1.2"], "--along": ["0", "0", "1"],
     "--fill": ["1800"], "--spread": ["10"], "--port": ["8765"], "--folder": ["walls"], "--no-browser": [],
 }
 OTHER = {("view", "-o"): ["other.html"], ("view, alone", "-o"): ["other.html"],
@@ -158,7 +158,7 @@ OTHER = {("view", "-o"): ["other.html"], ("view, alone", "-o"): ["other.html"],
          ("pushover", "--method"): ["limit"], ("pushover, packaged", "--method"): ["limit"],
          ("pushover", "--block"): ["stone-1"], ("pushover", "--direction"): ["0", "0", "1"]}
 WITH = {"--block": ["--direction", "1", "0", "0"], "--direction": ["--block", "spreader"],
-        "--dof": ["--noise", "0.05"], "--workers": ["--store", "kept"]}
+        "--dof": ["--noise", "0.05"], "--along": ["--support", "base-left"], "--workers": ["--store", "kept"]}
 OWN_MODEL = """
 from limitmason import causes
 from limitmason.diagnosis import Cause
