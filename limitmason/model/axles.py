@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from limitmason.arrays import Array
 from limitmason.checks import finite
 from limitmason.errors import InputError
 from limitmason.model.applied_forces import AppliedForces
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 # chosen, far above the rounding of coordinates, far below what anybody builds
 _UP = 1e-6  # least upward part of the normal of a loaded face: on vertical ones no fill lies
 _ACROSS = 1e-6  # largest part along y of the normal of a face that does not slope along y
+_BARE = 1e-3  # least part of a face that is bare, and by which a block is over it: joints may be drawn with a gap
 _LEVEL_SLACK = 1e-9  # of the extrados' length: a level given as the crown's height may be lower by rounding
 _WIDEST_SPREAD = 80.0  # [deg], chosen: towards 90 the length grows without end
 
@@ -45,7 +47,8 @@ class Strip(NamedTuple):
 def extrados(assembly: Assembly) -> list[Strip]:
     """Bare faces of free blocks that look up, by their starts in x from left to right.
 
-    A face is bare where no joint lies on it: one that a joint covers in part counts as covered.
+    A face is bare where no joint lies on it. Of one that joints cover in part, as the top of a pier beside its
+    springing, what no block stands over is bare.
 
     Parameters
     ----------
@@ -58,20 +61,46 @@ def extrados(assembly: Assembly) -> list[Strip]:
     """
     strips = []
     faces, touched = outer_faces_touched(assembly)
-    for f in np.flatnonzero(~touched & (faces.normal[:, 2] > _UP) & ~assembly.fixed[faces.part]).tolist():
+    for f in np.flatnonzero((faces.normal[:, 2] > _UP) & ~assembly.fixed[faces.part]).tolist():
         corners, n, k = faces.corners[f], faces.normal[f], int(faces.part[f])
         # a strip has one height at every x
         if abs(n[1]) > _ACROSS:
+            if touched[f]:
+                continue
             name = assembly.blocks[k].name
             raise InputError(f"block {name!r} has a face that slopes along y: axles cross arches in x-z")
-        (x0, y0, _), (x1, y1, _) = corners.min(axis=0), corners.max(axis=0)
+        low, high = corners.min(axis=0), corners.max(axis=0)
         slope = -n[0] / n[2]
-        height = float(corners[0, 2] + slope * (x0 - corners[0, 0]))
-        strips.append(Strip(
-            block=k, start=float(x0), end=float(x1), z=height, slope=float(slope), width=float(y1 - y0),
-            y=(y0 + y1) / 2,
-        ))
+        for start, end in _not_under(assembly, low, high) if touched[f] else [(low[0], high[0])]:
+            height = float(corners[0, 2] + slope * (start - corners[0, 0]))
+            strips.append(Strip(
+                block=k, start=float(start), end=float(end), z=height, slope=float(slope),
+                width=float(high[1] - low[1]), y=float(low[1] + high[1]) / 2,
+            ))
     return sorted(strips, key=lambda s: s.start)
+
+
+def _not_under(assembly: Assembly, low: Array, high: Array) -> list[tuple[float, float]]:
+    """Spans in x of a face over which no other block stands [m].
+
+    Parameters
+    ----------
+    low, high : lowest and highest x, y, z of the face [m], shape (3,)
+    """
+    start, end = float(low[0]), float(high[0])
+    least, middle = _BARE * (end - start), 0.5 * (low[2] + high[2])
+    over = []
+    for bottom, top in (b.bounds for b in assembly.blocks):
+        beside = min(top[1], high[1]) - max(bottom[1], low[1])
+        # over the middle of an inclined face: the next stone of an arch may end no higher than the joint below it
+        if top[2] - middle > least and beside > _BARE * (high[1] - low[1]):
+            over.append((float(bottom[0]), float(top[0])))
+    spans, at = [], start
+    for left, right in [*sorted(over), (end, end)]:
+        if min(left, end) - at > least:
+            spans.append((at, min(left, end)))
+        at = max(at, right)
+    return spans
 
 
 def axle_forces(

@@ -53,6 +53,23 @@ def test_an_arch_bears_what_falls_on_it_at_its_place():
     assert not axle_forces(arch, 5.0, 1e4, level=LEVEL).wrench.any()
 
 
+def test_an_axle_over_the_shoulder_of_a_pier_presses_on_the_pier():
+    """The pier stands out by .45 m beside its springing: nothing of the axle came on it."""
+    arch = lm.build.arch(
+        radius=2.0, thickness=0.35, width=0.6, voussoirs=7, joint=lm.Joint(45.0), pier_height=1.0, pier_width=0.8
+    )
+    wrench = axle_forces(arch, -2.4, 1e4, level=2.5, spread_deg=0.0, contact=0.2).wrench
+    assert -wrench[arch.block_index("pier-left-1"), 2] == pytest.approx(1e4)
+    assert moment(arch, wrench) == pytest.approx(-2.4e4)
+    # spread over 2 h from -2.4 m, cut at the outer face of the pier, 2.625 m from the middle
+    half = 0.15 + 2.5 * np.tan(np.radians(30.0))
+    spread = axle_forces(arch, -2.4, 1e4, level=2.5).wrench
+    assert -spread[:, 2].sum() == pytest.approx(1e4 * (2.625 - 2.4 + half) / (2 * half))
+    assert -axle_forces(arch, 0.0, 1e4, level=2.5).wrench[:, 2].sum() == pytest.approx(1e4)
+    flush = lm.build.arch(radius=2.0, thickness=0.35, width=0.6, voussoirs=7, joint=lm.Joint(45.0), pier_height=1.0)
+    assert [flush.blocks[s.block].name for s in extrados(flush)] == [f"voussoir-{k}" for k in range(1, 8)]
+
+
 def test_joints_drawn_with_a_gap_cover_their_faces_too():
     """A joint lies half-way in a gap of some micrometres: faces in it are no extrados, on which an axle would press."""
     arch = bridge()
