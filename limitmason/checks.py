@@ -124,10 +124,19 @@ def numbers(name: str, value: Any) -> np.ndarray:
 
 
 def instance(name: str, value: Any, kind: type[T], made: str = "") -> T:
-    """Return `value` if it is of the class `kind`, or say what was given instead and by what one is `made`."""
+    """Return `value` if it is of the class `kind`, or say what was given instead and by what one is `made`.
+
+    An answer that has one among its fields, such as an envelope with its governing state, is told which to give.
+    """
     if not isinstance(value, kind):
         article = "an" if kind.__name__[0] in "AEIOU" else "a"
-        raise InputError(f"{name} must be {article} {kind.__name__}{f' ({made})' if made else ''}, got {_told(value)}")
+        fields = getattr(value, "__dict__", {}).items()
+        inside = [f".{f}" for f, v in fields if isinstance(v, kind)]
+        inside += [f".{f}[0]" for f, v in fields if isinstance(v, tuple) and v and isinstance(v[0], kind)]
+        raise InputError(
+            f"{name} must be {article} {kind.__name__}{f' ({made})' if made else ''}, got {_told(value)}"
+            + (f": give its {inside[0]}" if inside else "")
+        )
     return value
 
 

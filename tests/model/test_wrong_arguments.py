@@ -316,3 +316,11 @@ def test_numbers_come_through_the_checks_as_they_are():
     curve = lm.Curve([0, 1, 2], np.array([0, 1, 1]))
     assert curve.load.tolist() == [0.0, 1.0, 1.0]
     assert lm.comparison.comparing.measured_range((1, 3)) == (1.0, 2.0, 3.0)
+
+
+def test_an_answer_that_holds_a_prediction_is_told_which_field_to_give():
+    arch = lm.build.arch(radius=1.0, thickness=0.2, width=0.5, voussoirs=5, joint=lm.Joint(45.0))
+    thrust, stands = lm.thrust(arch, "base-right"), lm.stability(arch, tilts=())
+    for answer, field in ((thrust, r"\.states\[0\]"), (stands, r"\.state$")):
+        with pytest.raises(InputError, match=f"must be a Prediction .*: give its {field}"):
+            lm.force_table(answer)
