@@ -177,7 +177,7 @@ class Loads(LoadArrays):
         face: str | tuple[float, float, float] = "top",
         case: str = "dead",
     ) -> Loads:
-        """These loads and a load spread over one side of a block.
+        """These loads and a load spread over one whole side of a block, with what other blocks cover of it.
 
         Water or earth presses with p + gamma (level - z) below its level, and with p above it.
 
