@@ -165,8 +165,8 @@ def pushover(
     each other without a point. Blocks deform by small strains, in axes that turn with them. Body forces act
     on no shape, exactly: under its own weight a block is strained by its joints. Point loads and pressures work on a
     shape by its mean gradient, as if they were spread over the block: what is local at them is left out. Ties
-    are unstressed in the reference pose; they follow their ends at any rotation, yield at their strength and hang loose
-    when they shorten.
+    are unstressed in the reference pose, or bear the tensions of ``initial``; they follow their ends at any rotation,
+    yield at their strength and hang loose when they shorten.
 
     Joints without residual values and fracture energies are perfectly plastic, and tension that opens one leaves no
     damage: a path ends where open joints still bear such a bond to an effect, and names the joint. Over fracture

@@ -2,7 +2,7 @@
 
 Below psi = phi the load at which a structure first loses equilibrium depends on the self-stress that its joints have
 from the start. A spring holds a force F at the misfit -F / k: with those of an admissible state of limit analysis the
-structure is in that state before anything has moved, and a path goes on from there.
+structure is in that state before anything has moved, and a path goes on from there. A tie is too short by T / k then.
 """
 
 import numpy as np
@@ -61,15 +61,16 @@ def of_forces(points: ContactPoints, state: Prediction, kn: Array, ks: Array) ->
     r = state.resultants
     if r is None or state.mechanism is None or not np.isfinite(state.collapse_multiplier):
         raise InputError("initial must be a prediction with joint forces and a mechanism, from lm.limit_analysis")
+    joints = r.point_interface < len(kn)  # ties come after them
     apart = np.inf
-    if len(r.point_area) == points.count and np.array_equal(r.point_interface, points.interface):
-        apart = float(np.abs(r.point_position - points.position).max(initial=0.0))
+    if joints.sum() == points.count and np.array_equal(r.point_interface[joints], points.interface):
+        apart = float(np.abs(r.point_position[joints] - points.position).max(initial=0.0))
     if apart > _SAME_PLACE * float(np.ptp(points.position, axis=0).max(initial=0.0)):
         raise InputError(
-            f"initial has {len(r.point_area)} contact points, the path {points.count}, or they lie elsewhere: give "
-            "both the same contact_model and grid"
+            f"initial has {joints.sum()} contact points, the path {points.count}, or they lie elsewhere: give both the "
+            "same contact_model and grid"
         )
-    force = np.einsum("mci,mi->mc", points.directions, r.point_force)
+    force = np.einsum("mci,mi->mc", points.directions, r.point_force[joints])
     stiffness = np.column_stack([kn[points.interface], *[ks[points.interface]] * (points.components - 1)])
     return -force / (stiffness * points.area[:, None])
 
@@ -90,8 +91,13 @@ def begun_with(system: System, state: Prediction, to: float | None, ratio: float
     """
     rest = system.at_rest()
     old = system.virgin()
-    solved = newton.solve(newton.Way.begin(system, rest, state.collapse_multiplier, old, 0.0))
+    old = old._replace(stretched=_too_short(system, state))
+    way = newton.Way.begin(system, rest, state.collapse_multiplier, old, 0.0)
+    solved = newton.solve(way)
     programs = 0
+    # at a limit state the tangent may be singular: the digits that the prediction's solver left are then all that lacks
+    if solved is None and way.unbalance < newton.ENOUGH:
+        solved = newton.Solved(way.state, way.state.multiplier, 0)
     if solved is None:
         found = step_equilibrium.by_programs(
             system, rest, old, target=0.0, multiplier=state.collapse_multiplier, normal=None, ratio=ratio
@@ -112,3 +118,21 @@ def begun_with(system: System, state: Prediction, to: float | None, ratio: float
     guess = moved(solved.state.pose, move / along * twists), solved.multiplier
     second = step_equilibrium.step(system, first, first.control + float(move), guess, ratio)
     return [first] if second is None else [first, second._replace(looked=rest)]
+
+
+def _too_short(system: System, state: Prediction) -> Array:
+    """Plastic elongation with which ties bear the tensions of a prediction in the reference pose [m], shape (t,).
+
+    It is negative: a tie that is too short by T / k pulls with T.
+
+    Parameters
+    ----------
+    system : equations of the structure, with its ties
+    state : prediction of limit analysis, with joint forces
+    """
+    r = state.resultants
+    assert r is not None
+    n = len(system.ties.length)
+    pull = np.linalg.norm(r.point_force[len(r.point_force) - n :], axis=1)  # they come after the joints
+    # without the digits by which a solver's tension exceeds the strength
+    return -np.minimum(pull, system.ties.strength) / system.ties.stiffness

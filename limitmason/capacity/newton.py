@@ -28,7 +28,7 @@ _FALLS = 0.1
 _GROWN = 3.0
 """Unbalance over the least so far above which full steps lead nowhere [-]: chosen."""
 
-_ENOUGH = 1e-7
+ENOUGH = 1e-7
 """Unbalance in mean block weights that is accepted where rounding lets Newton's method go no further: chosen."""
 
 _NEAR = 0.3
@@ -164,7 +164,7 @@ def solve(way: Way, *, iterations: int = ITERATIONS, shares: tuple[float, ...] =
         if not np.isfinite(size):
             return None
         # solved; or small, and no longer half of the least so far: rounding lets it go no further
-        if size < TOLERANCE or (size < _ENOUGH and size > 0.5 * best):
+        if size < TOLERANCE or (size < ENOUGH and size > 0.5 * best):
             return Solved(way.state, way.state.multiplier, k)
         if k == iterations or (shares == FULL and size > _GROWN * best):
             return None

@@ -191,7 +191,7 @@ class PushoverCurve(Curve):
         """
         made = self.generations
         rows = [tensions(made.structures[n.generation], made.state(n))[0] for n in self.nodes]
-        return np.array(rows).reshape(len(self.nodes), -1)
+        return np.array(rows).reshape(len(self.nodes), len(self.structure.assembly.ties))
 
     @property
     def _rows_of_ties(self) -> Index:
@@ -314,6 +314,8 @@ class PushoverCurve(Curve):
 
     def _sample(self, step: int) -> int:
         """Number of a sample from 0 on, for one that may count back from the end, -1 the last."""
+        if not self.nodes:
+            raise InputError(f"the curve has no states, it {self.status}")
         if not (isinstance(step, int | np.integer) and -len(self) <= step < len(self)):
             raise InputError(f"the curve has samples 0 to {len(self) - 1}, got {step!r}")
         return range(len(self))[step]

@@ -105,9 +105,10 @@ def sustained(
     # a load whose path left equilibrium or the joint law at some sample is no answer, wherever the path ended
     if not all(c.accepted for c in curve.certificates):
         status = Status.NOT_CONVERGED
-    resultants = None
+    resultants, mechanism = None, None
     try:
-        resultants = curve.resultants(-1)
+        if curve.nodes:  # none where the path found no state to begin with
+            mechanism, resultants = curve.mechanism(-1), curve.resultants(-1)
     except NotApplicable as reason:
         warnings = (*warnings, str(reason))
     meaning = (
@@ -116,7 +117,7 @@ def sustained(
     )
     return Prediction(
         method="sustained", collapse_multiplier=value, bound=Bound(BoundKind.ESTIMATE, meaning), status=status,
-        mechanism=curve.mechanism(-1), resultants=resultants, warnings=warnings,
+        mechanism=mechanism, resultants=resultants, warnings=warnings,
         provenance=curve.cost.provenance, details={
             "curve": curve, "first loss": float(smallest.collapse_multiplier),
             "largest on the way": float(curve.load.max()), "displacement": to,

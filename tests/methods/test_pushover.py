@@ -266,6 +266,10 @@ def test_a_wall_that_cannot_stand_says_so():
     curve = lm.pushover(wall, pushed, stiffness=1e8)
     assert curve.status == "cannot stand under dead load"
     assert lm.predict(wall, pushed, "pushover", stiffness=1e8).status == "cannot stand under dead load"
+    assert curve.tie_force.shape == (0, 0)
+    for ask in (curve.resultants, curve.mechanism, curve.stability):
+        with pytest.raises(InputError, match="no states, it cannot stand under dead load"):
+            ask(0)
 
 
 @pytest.mark.slow

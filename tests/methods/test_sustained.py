@@ -35,6 +35,42 @@ def test_a_rocking_block_sustains_what_it_carries_turned():
     assert further.collapse_multiplier == pytest.approx(math.tan(alpha - theta), abs=2e-5)
 
 
+def test_a_tied_pier_sustains_its_weight_and_its_rod():
+    """Lambda = (W x + T a) / (W z) about the toe, with the rod yielding; at first (W t / 2 + T h) / (W H / 2)."""
+    thick, high, at, reach, pull = 0.3, 3.0, 2.8, 3.0, 5e3
+    joint = lm.Joint(60.0, normal_stiffness=1e10, shear_stiffness=1e10)
+    wall = lm.build.column(width=2.0, depth=thick, height=high, courses=1, joint=joint)
+    rod = lm.Tie("column-1", (1.0, 0.0, at), None, (1.0, reach, at), yield_force=pull, stiffness=1e7)
+    wall = wall.with_ties([rod])
+    weight = wall.weights[wall.block_index("column-1")]
+    found = lm.predict(wall, lm.Loads.horizontal(wall, (0, -1, 0)), "sustained")
+    curve = found.details["curve"]
+    assert found.status == "solved"
+    assert curve.tie_force[0, 0] == pytest.approx(pull, rel=1e-6)
+    assert found.details["first loss"] == pytest.approx((weight * thick + 2.0 * pull * at) / (weight * high), rel=1e-6)
+    # the toe is the outer edge, y = 0; the centroid has moved by a tenth of the thickness towards -y
+    slope, arm = math.atan(thick / high), math.hypot(0.5 * thick, 0.5 * high)
+    turn = slope - math.asin(math.sin(slope) - 0.1 * thick / arm)
+    end = np.array([-at * math.sin(turn), at * math.cos(turn)])
+    along = np.array([reach, at]) - end
+    lever = (end[1] * along[0] - end[0] * along[1]) / np.linalg.norm(along)
+    x, z = arm * math.sin(slope - turn), arm * math.cos(slope - turn)
+    assert found.collapse_multiplier == pytest.approx((weight * x + pull * lever) / (weight * z), abs=2e-5)
+
+
+@pytest.mark.slow
+def test_a_tied_wall_sustains_a_load_from_a_state_whose_tangent_is_singular():
+    """Newton's method finds no step there; the joint forces balance to 1e-9 of a block, which is enough."""
+    wall = lm.build.wall(length=1.6, courses=6, unit=(0.4, 0.2, 0.2), joint=lm.Joint(35.0))
+    rod = lm.Tie("facade-06-01", (0.0, 0.1, 1.1), None, (-1.0, 0.1, 1.1), yield_force=800.0)
+    loads = lm.Loads.horizontal(wall)
+    bare, found = (lm.predict(w, loads, "sustained") for w in (wall, wall.with_ties([rod])))
+    assert found.status == bare.status == "solved"
+    # the rod holds a stone that no smallest mechanism takes along
+    assert found.details["first loss"] == pytest.approx(bare.details["first loss"], rel=1e-6)
+    assert found.collapse_multiplier == pytest.approx(bare.collapse_multiplier, rel=1e-4)
+
+
 def l_wall():
     wall = lm.build.wall(
         unit=(0.08, 0.04, 0.04), joint=lm.Joint(33.82), plan="L", length=0.16, return_length=0.12, courses=4
