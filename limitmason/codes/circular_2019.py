@@ -174,9 +174,9 @@ def assess(
     power = (loads.live * twists).sum(axis=1)  # moments too: a load off the centroid moves as its own point does
     moved = np.divide(power, weight, out=np.zeros_like(power), where=weight > 0.0)
     if isinstance(control, str) and control == "live":
-        # the mean displacement of the live loads, as in a capacity curve of that control
-        free = ~assembly.fixed
-        at_control = float(weight[free] @ moved[free] / weight[free].sum())
+        # as in a capacity curve of that control: of centroids along the live forces, without what supports take
+        force = np.where(assembly.held[:, :3], 0.0, loads.live[:, :3])
+        at_control = float((force * twists[:, :3]).sum() / np.linalg.norm(force, axis=1).sum())
     else:
         if not isinstance(control, tuple | list) or len(control) != 2:
             raise InputError(f"control must be 'live' or (block, 'x'), got {control!r}")

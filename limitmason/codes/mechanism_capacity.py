@@ -24,6 +24,8 @@ _AT_ONCE = 0.01  # of d0: a loss within it is sudden; chosen
 _MOST_LOST = 0.5  # of the capacity: what is lost at once where less is left, C8.7.1.2.1
 _STILL = 0.01  # of the largest acceleration: a capacity below it is none that could be lost; chosen
 
+_NONE = 1e-9  # of the largest load: a load below it is rounding
+
 DAMPING = {"SLV": 0.08, "SLC": 0.10}
 """Of the mechanism, by limit state [-]."""
 
@@ -173,7 +175,7 @@ def _zero(along: Array, a: Array) -> float:
     """
     # a curve of elastic joints begins at zero too
     peak = int(np.argmax(a))
-    if not a[peak] > 0.0:
+    if not a[peak] > _NONE * np.abs(a).max():
         raise InputError("curve: it never carries a load above zero; follow it in the sense of the live load")
     below = peak + np.flatnonzero(a[peak:] <= 0.0)
     if not len(below):
