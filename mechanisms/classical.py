@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from limitmason.answers.results import Bound, BoundKind, Prediction
 from limitmason.arrays import Array, Flags
@@ -48,9 +49,11 @@ def overturning(assembly: Assembly, *, loads: Loads | None = None) -> Prediction
 
     The centre of the weights W_i stands x_i inside the toe and z_i above it, so that
 
-        lambda = sum(W_i x_i) / sum(W_i z_i)
+        lambda = sum(W_i x_i) / (c sum(W_i z_i))
 
-    and t/H for a free wall. From the numbers of a facade it is ``simple_rocking(facade, side_walls=0)``.
+    and t/H for a free wall. The toe is the line across the push through the outermost corner, or an edge of the convex
+    outline of what bears; c is the cosine between the push and the normal of that line, and the least lambda counts.
+    From the numbers of a facade it is ``simple_rocking(facade, side_walls=0)``.
 
     Parameters
     ----------
@@ -75,13 +78,19 @@ def overturning(assembly: Assembly, *, loads: Loads | None = None) -> Prediction
     if isinstance(assembly, Facade):
         raise InputError("overturning is of an assembly; from a Facade it is simple_rocking(facade, side_walls=0)")
     loads, direction = _direction(assembly, loads)
-    sideways = np.array([direction[1], -direction[0], 0.0])
 
-    def turned(level: Level) -> Array:
-        """Twists of what lies above a level as it turns about its outermost corner, shape (n_blocks, 6)."""
+    def turned(level: Level) -> list[Array]:
+        """Twists of what lies above a level as it turns about a toe, shape (n_blocks, 6) for each toe."""
         toe = level.corners[np.argmax(level.corners @ direction)]
-        # spin x (r - toe) moves the top along the load and lifts what stands behind the toe
-        return rotation(assembly, level.moving, toe, -sideways)
+        outline = ConvexHull(level.corners[:, :2])
+        toes = [(toe, direction)]
+        for (i, j), plane in zip(outline.simplices, outline.equations, strict=True):
+            x, y, _ = level.corners[j] - level.corners[i]
+            outward = np.array([y, -x, 0.0]) / math.copysign(math.hypot(x, y), y * plane[0] - x * plane[1])
+            if ROUNDING < outward @ direction < 1.0 - ROUNDING:  # an edge across the push is the first toe
+                toes.append((level.corners[i], outward))
+        # spin x (r - toe) moves the top outwards and lifts what stands behind the toe
+        return [rotation(assembly, level.moving, at, (-out[1], out[0], 0.0)) for at, out in toes]
 
     return _worst_level("overturning", assembly, loads, turned, "moment equilibrium about the toe")
 
@@ -113,9 +122,9 @@ def sliding(facade: Facade | Assembly, *, loads: Loads | None = None) -> Predict
         )
     loads, direction = _direction(facade, loads)
 
-    def moved(level: Level) -> Array:
+    def moved(level: Level) -> list[Array]:
         """Twists of what lies above a level as it slides and rises by tan(phi) of that, shape (n_blocks, 6)."""
-        return translation(facade, level.moving, direction + [0.0, 0.0, level.tan_phi])
+        return [translation(facade, level.moving, direction + [0.0, 0.0, level.tan_phi])]
 
     return _worst_level("sliding", facade, loads, moved, "Coulomb")
 
@@ -295,20 +304,19 @@ def flat_levels(assembly: Assembly) -> list[Level]:
 
 
 def _worst_level(
-    name: str, assembly: Assembly, loads: Loads, motion: Callable[[Level], Array], source: str
+    name: str, assembly: Assembly, loads: Loads, motions: Callable[[Level], list[Array]], source: str
 ) -> Prediction:
-    """Prediction of the level above which one motion has the smallest multiplier.
+    """Prediction of the level above which a motion has the smallest multiplier.
 
     Parameters
     ----------
     name : of the mechanism
     assembly, loads : the problem
-    motion : twists of all blocks, shape (n_blocks, 6), for what lies above a level
+    motions : twists of all blocks, shape (n_blocks, 6) each, for what lies above a level
     source : of the formula, for the prediction
     """
     best: tuple[float, Level, Array] | None = None
-    for level in flat_levels(assembly):
-        twists = motion(level)
+    for level, twists in ((at, moved) for at in flat_levels(assembly) for moved in motions(at)):
         # by virtual work the multiplier is over the power of the live loads: without any there is none
         if not (loads.live * np.where(assembly.held, 0.0, twists)).sum() > 0.0:
             continue

@@ -10,6 +10,7 @@ import limitmason as lm
 import mechanisms as me
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotApplicable
+from limitmason.geometry import box
 from limitmason.mechanics.dissipation import point_rates
 from mechanisms.classical import flat_levels
 from mechanisms.velocity_field import ESTIMATE_INADMISSIBLE, UPPER
@@ -280,6 +281,30 @@ def test_overturning_of_a_u_wall_is_its_centre_of_gravity_over_the_toe():
     prediction = me.overturning(wall)
     assert prediction.collapse_multiplier == pytest.approx((weight @ c[:, 1]) / (weight @ c[:, 2]), rel=1e-12)
     assert prediction.details["hinge_height"] == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.exact
+@pytest.mark.parametrize(("push", "exact"), [
+    ((1, 1, 0), 2.0**0.5 / 3.0), ((1, 5, 0), 26.0**0.5 / 7.5), ((-5, 1, 0), 26.0**0.5 / 15.0), ((0, -1, 0), 2.0 / 3.0),
+])
+def test_a_block_pushed_askew_turns_about_a_side_of_its_foot(push, exact):
+    """1 x 2 m and 3 m high: about a side s / (H cos), s its depth across it. About its corner alone .707 for .471."""
+    block = lm.build.column(width=1.0, depth=2.0, height=3.0, courses=1, joint=lm.Joint(70.0))
+    loads = lm.Loads.horizontal(block, push)
+    assert me.overturning(block, loads=loads).collapse_multiplier == pytest.approx(exact, rel=1e-12)
+    assert lm.limit_analysis(block, loads).collapse_multiplier == pytest.approx(exact, rel=1e-8)
+
+
+@pytest.mark.parametrize("push", [(0, -1, 0), (0, 1, 0), (1, 2, 0), (-1, 1, 0)])
+def test_overturning_of_an_l_is_that_of_one_stone_of_its_shape(push):
+    slab, legs = box((-1, -1, -0.2), (2, 2, 0)), [box((0, 0, 0), (1.2, 0.2, 0.8)), box((0, 0.2, 0), (0.2, 0.8, 0.8))]
+    stone = lm.Assembly.from_polyhedra([slab, legs], joint=lm.Joint(60.0), fixed=["g"], names=["g", "stone"])
+    made = lm.build.wall(
+        length=1.2, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(60.0), plan="L", return_length=0.8
+    )
+    bound = me.overturning(made, loads=lm.Loads.horizontal(made, push)).collapse_multiplier
+    exact = lm.limit_analysis(stone, lm.Loads.horizontal(stone, push)).collapse_multiplier
+    assert bound == pytest.approx(exact, rel=1e-8)
 
 
 def test_a_block_that_overhangs_falls_without_a_push_and_says_so():
