@@ -133,7 +133,7 @@ class Elevation:
     def segments(self, interfaces: Index, motion: RigidMotion) -> tuple[Array, Array]:
         """Ends of interfaces in plane, by block a and by block b [m], (k, 2, 2) each.
 
-        An interface is a line here: its ends are its extreme corners along that line.
+        An interface is a line here: its ends are its extreme corners along that line, of several those in front.
 
         Parameters
         ----------
@@ -144,9 +144,11 @@ class Elevation:
         a, b = np.empty((len(interfaces), 2, 2)), np.empty((len(interfaces), 2, 2))
         for row, k in enumerate(interfaces):
             corners = x.corners[x.corner_start[k] : x.corner_start[k + 1]]
-            along = np.cross(self.plane.normal, x.normal[k])
+            along, depth = np.cross(self.plane.normal, x.normal[k]), corners @ self.plane.normal
             s = corners @ along
-            ends = corners[[int(s.argmin()), int(s.argmax())]]
+            # of one depth, that of the blocks' outlines: where blocks leave the plane the gap behind is another
+            front = [np.where(np.abs(s - end) <= self.assembly.tolerance, depth, np.inf) for end in (s.min(), s.max())]
+            ends = corners[[int(d.argmin()) for d in front]]
             for side, block in ((a, x.block_a[k]), (b, x.block_b[k])):
                 side[row] = motion.moved(ends, int(block)) @ self.axes
         return a, b

@@ -165,9 +165,9 @@ def study_lines(
     ----------
     table : rows of a study
     x, y : columns to draw; ranges come from columns "low" and "high" when y is the multiplier
-    by : columns that tell the lines apart; by default the method, where the rows have one, and every further column
-        without which a line would have several values at one x. Where none helps, values stand as points without a
-        line. Rows of status "extrapolated" are hollow and joined by a dotted line
+    by : columns that tell the lines apart, or the name of one; by default the method, where the rows have one, and
+        every further column without which a line would have several values at one x. Where none helps, values stand as
+        points without a line. Rows of status "extrapolated" are hollow and joined by a dotted line
     x_label, y_label : with units; by default the column and its unit
     published : points of a source, by its name
     log : logarithmic x with the values as ticks; a row at x = 0 then stands at the left edge
@@ -184,7 +184,7 @@ def study_lines(
         raise InputError(f"no row has finite values of {x!r} and {y!r}: there is nothing to draw")
     if log and min(r[x] for r in rows) < 0:
         raise InputError(f"column {x!r} has values below zero, which cannot stand on a logarithmic axis")
-    by = _lines_by(rows, x, y) if by is None else tuple(by)
+    by = _lines_by(rows, x, y) if by is None else (by,) if isinstance(by, str) else tuple(by)
     if missing := [name for name in by if not any(name in r for r in rows)]:
         raise InputError(f"by names the column {missing[0]!r}, which no row has")
     own_page = ax is None

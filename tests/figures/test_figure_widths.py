@@ -129,6 +129,8 @@ def test_rows_of_two_parameters_are_a_line_for_each_value_and_never_a_zigzag():
     for line in lines:
         assert (np.diff(line.get_xdata()) > 0.0).all()
     assert [t.get_text() for t in figure.legends[0].get_texts()] == ["psi 0", "psi 5", "psi 10"]
+    named = figures.study_lines(rows, "phi", by="psi")  # one column by its name
+    assert [t.get_text() for t in named.legends[0].get_texts()] == ["psi 0", "psi 5", "psi 10"]
     # where no column tells repeated values apart they are points
     repeated = [{"phi": a, "multiplier": 0.01 * a + e} for a in (20, 30) for e in (0.0, 0.013, 0.031)]
     (points,) = [x for x in figures.study_lines(repeated, "phi").axes[0].lines if x.get_gid() == "line"]

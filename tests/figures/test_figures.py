@@ -20,6 +20,7 @@ from figure_models import (
 )
 from matplotlib.figure import Figure
 
+import limitmason as lm
 from limitmason import Assembly, Loads, figures, settlement_analysis
 from limitmason.figures import outline
 from limitmason.geometry import box
@@ -85,6 +86,19 @@ def test_finite_motion_is_a_rotation_about_the_instantaneous_axis():
     there = half.moved(points, np.arange(5))
     assert np.allclose(again.moved(there, np.arange(5)), full.moved(points, np.arange(5)), atol=1e-9)
     assert np.allclose(full.rotation @ np.swapaxes(full.rotation, 1, 2), np.eye(3))
+
+
+@pytest.mark.parametrize("push", [-1.0, 1.0])
+def test_joints_of_a_wall_that_leaves_its_plane_gape_in_elevation_as_its_front_does(push):
+    """It turns about an edge of its foot: closed in front when it comes, open by one gap all along when it goes."""
+    wall = lm.build.wall(length=1.6, courses=4, unit=(0.4, 0.2, 0.2), joint=lm.Joint(35.0))
+    found = lm.limit_analysis(wall, lm.Loads.horizontal(wall, (0, push, 0)))
+    figure = figures.mechanism(wall, found, view="elevation", scale=0.05)
+    for gap in artist(figure, "opening").get_paths():
+        below, above = gap.vertices[:2, 1], gap.vertices[2:4, 1]
+        assert np.ptp(below) < 1e-9
+        assert np.ptp(above) < 1e-9
+        assert above[0] > 1e-3 if push > 0.0 else abs(above[0]) < 1e-9
 
 
 def test_opening_and_sliding_joints_are_told_apart_and_marked_where_they_are():
