@@ -13,7 +13,9 @@ from matplotlib.animation import AbstractMovieWriter, PillowWriter, writers
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
+from scipy.spatial.transform import Rotation
 
+from limitmason.answers.curve import Curve
 from limitmason.arrays import Array, Index
 from limitmason.checks import count, instance, not_negative, numbers, positive
 from limitmason.errors import InputError
@@ -62,9 +64,9 @@ def deformed(
     ----------
     model : what was simulated
     state : a state (``bodies.shift``, ``bodies.quat``, such as ``dem.State``), a history (``shift``, ``quaternion``
-        with samples), or a pair of arrays: displacement of the centroids [m], shape (n, 3), and unit quaternions,
-        scalar first, shape (n, 4)
-    sample : which sample of a history
+        with samples), a curve with states, such as a capacity curve, whose blocks that deform keep their shape here, or
+        a pair of arrays: displacement of the centroids [m], shape (n, 3), and unit quaternions, scalar first, (n, 4)
+    sample : which sample of a history or a curve
     scale : factor on displacements and rotations [-], > 0; written in the caption where it is not 1
     crack : joints that have opened or slid by more than this are marked [m]; a tenth of the largest by default
     ghost : draw the original outlines of the blocks that moved
@@ -233,23 +235,40 @@ def moved_blocks(model: Assembly, state: Any, sample: int) -> tuple[Array, Array
 
     Parameters
     ----------
-    state : a state, a history, or a pair of displacements [m] and unit quaternions
-    sample : number of the sample of a history; of no meaning for the others
+    state : a state, a history, a curve with states, or a pair of displacements [m] and unit quaternions
+    sample : number of the sample of a history or a curve; of no meaning for the others
     """
+    if isinstance(state, Curve):
+        if not len(state.states):
+            raise InputError("this curve kept no states: there is nothing to draw")
+        state = state.states[_numbered(sample, len(state.states), "curve")]
+    if hasattr(state, "turn"):  # of a capacity curve: displacements and R - I
+        if state.shift.shape != (model.n_blocks, 3):
+            raise InputError(
+                f"positions of {len(state.shift)} blocks do not belong to the {model.n_blocks} of this assembly"
+            )
+        return state.shift, Rotation.from_matrix(np.eye(3) + state.turn).as_rotvec()
     bodies = getattr(state, "bodies", None)  # of a state; a history has rows by sample instead
     if bodies is not None:
         shift, quaternion = bodies.shift, bodies.quat
     elif hasattr(state, "quaternion"):
-        whole = isinstance(sample, int | np.integer)
-        if not (whole and -len(state.shift) <= sample < len(state.shift)):
-            raise InputError(f"sample {sample!r} is not one of the {len(state.shift)} samples of the history")
-        shift, quaternion = state.shift[sample], state.quaternion[sample]
+        k = _numbered(sample, len(state.shift), "history")
+        shift, quaternion = state.shift[k], state.quaternion[k]
     else:
         if not (isinstance(state, tuple | list) and len(state) == 2):
             told = f"{state!r}; a file to write is path=" if isinstance(state, str) else type(state).__name__
-            raise InputError(f"what is shown must be an answer, a history, a state or (shift, quaternion), got {told}")
+            raise InputError(
+                f"what is shown must be an answer, a history, a curve, a state or (shift, quaternion), got {told}"
+            )
         shift, quaternion = state
     return _checked(model, shift, quaternion)
+
+
+def _numbered(sample: Any, samples: int, of: str) -> int:
+    """A number of ``samples``, which may count back from the end; ``of`` says of what, where it is none."""
+    if not (isinstance(sample, int | np.integer) and -samples <= sample < samples):
+        raise InputError(f"sample {sample!r} is not one of the {samples} samples of the {of}")
+    return int(sample)
 
 
 def _checked(model: Assembly, shift: ArrayLike, quaternion: ArrayLike) -> tuple[Array, Array]:

@@ -53,7 +53,7 @@ def load_displacement(
     block : the driven block of a history; the only driven block that is not wholly fixed when not given
     direction : along which a history's displacement and force are taken
     points : measured key points (label, displacement [m], force [N])
-    levels : forces to mark by horizontal lines, by label [N]
+    levels : forces to mark by horizontal lines, by label [N]; a multiplier times the resultant of the live loads
     title, caption : heading and the small text under it
     xlabel, ylabel : of the axes; the curves are drawn in mm and kN
     ax : axes to draw on; a new figure when not given

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
+from scipy.spatial.transform import Rotation
 
 import dem
 import limitmason as lm
@@ -163,6 +164,21 @@ def test_states_histories_and_arrays_give_the_same_figure(pushed, view):
     assert all(isinstance(f, Figure) for f in shown)
     pictures = [np.asarray(f.canvas.buffer_rgba()) for f in shown if f.canvas.draw() is None]
     assert all(np.array_equal(pictures[0], p) for p in pictures[1:])
+
+
+def test_a_capacity_curve_and_its_states_give_the_figure_of_their_displacements():
+    curve = lm.pushover(COLUMN, lm.Loads.horizontal(COLUMN), to=0.01)
+    last = curve.states[-1]
+    placed = (last.shift, Rotation.from_matrix(np.eye(3) + last.turn).as_quat()[:, [3, 0, 1, 2]])
+    wanted = artist(figures.deformed(COLUMN, placed), "blocks").get_paths()
+    for shown, options in ((curve, {}), (curve, {"sample": len(curve) - 1}), (last, {})):
+        paths = artist(figures.deformed(COLUMN, shown, **options), "blocks").get_paths()
+        for path, other in zip(paths, wanted, strict=True):
+            assert path.vertices == pytest.approx(other.vertices, abs=1e-12)
+    with pytest.raises(InputError, match="sample 999 is not one of the"):
+        figures.deformed(COLUMN, curve, sample=999)
+    with pytest.raises(InputError, match="kept no states"):
+        figures.deformed(COLUMN, lm.Curve([0.0, 1.0], [0.0, 1.0]))
 
 
 def test_bad_states_are_named():

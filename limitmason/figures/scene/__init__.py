@@ -279,13 +279,7 @@ def _of_history(model: Assembly, history: Any, most: int) -> list[ScenePose]:
 
 def _moved(model: Assembly, state: Any, sample: int, caption: str) -> ScenePose:
     """Pose of a state, or of a history at a sample, with its ``caption``."""
-    if hasattr(state, "turn"):  # of a capacity curve: displacements and R - I
-        shift, turn = state.shift, Rotation.from_matrix(np.eye(3) + state.turn).as_rotvec()
-        if shift.shape != (model.n_blocks, 3):
-            raise InputError(f"positions of {len(shift)} blocks do not belong to the {model.n_blocks} of this assembly")
-    else:
-        shift, turn = moved_blocks(model, state, sample)
-    return ScenePose(shift, turn, caption)
+    return ScenePose(*moved_blocks(model, state, sample), caption)
 
 
 def _solids(model: Assembly, motion: SceneMotion, origin: Array) -> dict[str, Any]:
