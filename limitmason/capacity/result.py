@@ -312,6 +312,11 @@ class PushoverCurve(Curve):
             return SampleStability.UNSTABLE
         return SampleStability.STABLE if alone else SampleStability.HELD
 
+    def controlled(self, shift: Array) -> float:
+        """The control displacement [m] of blocks whose centroids are displaced by ``shift`` [m], shape (n, 3)."""
+        system = self.generations.systems[0]
+        return system.controlled(system.at_rest()._replace(shift=shift))
+
     def _sample(self, step: int) -> int:
         """Number of a sample from 0 on, for one that may count back from the end, -1 the last."""
         if not self.nodes:

@@ -16,6 +16,7 @@ import numpy as np
 from limitmason.answers.curve import Curve
 from limitmason.answers.results import Prediction
 from limitmason.arrays import Array
+from limitmason.capacity.result import PushoverCurve
 from limitmason.checks import choice, finite, instance
 from limitmason.codes.mechanism_capacity import Capacity, Spectrum, ag_of, bodies_of, capacity_of
 from limitmason.codes.spectra import LARGEST_AG
@@ -29,6 +30,7 @@ STATES = ("SLD", "SLV", "SLC")
 """Limit states: damage, life safety, collapse."""
 
 _WEIGHED = 1e-3  # relative: live loads are the weight if their sum is, up to the digits of a drawing; chosen
+_SAME = 1e-6  # relative: displacements of one control in one mechanism, up to rounding
 _AT_REST = 1e-9  # of the largest displacement: a control that moves less does not move
 _OTHER_SHARE = 0.01  # relative difference of e* by bodies and by stones from which a warning tells it; chosen
 _TURNING = 1e-6  # of the largest velocity: blocks that turn by less over their size do not turn; chosen
@@ -148,8 +150,8 @@ def assess(
     Raises
     ------
     InputError
-        For a structure without a mechanism, a live load that is not the weight, a curve that does not come back to zero
-        or has other units, and an unknown control.
+        For a structure without a mechanism, a live load that is not the weight, a curve that does not come back to
+        zero, has other units or was followed with another control, and an unknown control.
 
     Notes
     -----
@@ -184,6 +186,8 @@ def assess(
         at_control = float(abs(twists[assembly.block_index(control[0]), "xyz".index(control[1])]))
     if not abs(at_control) > _AT_REST * np.abs(moved).max():
         raise InputError(f"control {control!r} does not move in the mechanism")
+    if isinstance(curve, PushoverCurve):
+        _check_control(curve, control, at_control, twists)
     chain = bodies_of(assembly, twists)
     # a capacity curve of this package has forces, of ``unit`` at a multiplier of one
     alpha = None if curve is None else curve.load / float(getattr(curve, "unit", 1.0))
@@ -221,6 +225,25 @@ def _check_weights(assembly: Assembly, loads: Loads) -> None:
         raise InputError(
             f"loads: the multiplier is an acceleration over g only where the live load is the weight of the blocks, "
             f"or that with what they bear; it is {live / own:.4g} of their weight. Make it by Loads.horizontal"
+        )
+
+
+def _check_control(curve: PushoverCurve, control: object, at_control: float, twists: Array) -> None:
+    """Refuse a capacity curve whose displacement is not that of the control.
+
+    Parameters
+    ----------
+    curve, control : as of :func:`assess`
+    at_control : displacement of the control in the mechanism
+    twists : of every block in the mechanism, shape (n, 6)
+    """
+    count = curve.structure.assembly.n_blocks
+    if count != len(twists):
+        raise InputError(f"curve: it is of {count} blocks, the assembly has {len(twists)}")
+    if not math.isclose(abs(curve.controlled(twists[:, :3])), abs(at_control), rel_tol=_SAME):
+        raise InputError(
+            f"curve: its displacement is not that of control {control!r}; give the control and the live loads that it "
+            "was followed with"
         )
 
 
