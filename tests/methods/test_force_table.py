@@ -113,5 +113,13 @@ def test_forces_are_told_of_the_structure_that_was_solved_alone():
     borne = [row["fz"] for row in rows_of(lm.force_table(found), "support").values()]
     assert -sum(borne) == pytest.approx(made.weights[4], rel=1e-9)
     for told in (lm.force_table, lambda answer, model: lm.figures.contact_forces(model, answer)):
-        with pytest.raises(InputError, match="forces of 4 joints and ties, the assembly has 7: give the structure"):
+        with pytest.raises(InputError, match="has 7 joints and 0 ties: give the structure"):
             told(found, made)
+
+
+def test_forces_of_a_smaller_structure_are_not_told_of_a_larger_one():
+    small, large = (lm.build.column(width=0.4, depth=0.3, height=1.0, courses=n, joint=lm.Joint(40.0)) for n in (2, 3))
+    answer = lm.limit_analysis(small, lm.Loads.horizontal(small))
+    for ask in (lm.force_table, lambda a, m: lm.figures.contact_forces(m, a)):
+        with pytest.raises(InputError, match="forces of 2 joints and ties, the assembly has 3 joints and 0 ties"):
+            ask(answer, large)
