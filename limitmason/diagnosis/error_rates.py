@@ -211,7 +211,8 @@ def rehearse(
         # what is seen or not is misread, by what is predicted; all else has normal errors
         noise = design.noise.about(design.origin + spread * design.scale * expected)
         y = spread * (expected + noise.errors(rng, 1, design.n)[0])
-        verdict = chosen.judge.judge_with_own_noise(y, chances, pairs)
+        judge = chosen.judge
+        verdict = judge.beside_groups(judge, judge.judge_with_own_noise(y, chances, pairs), y, chances)
         row = NULL if chosen.cause is None else chosen.cause.name
         counts[row][outcome(verdict, chosen.cause.name if chosen.cause else None)] += 1
         if verdict.distinct and not verdict.pairs:

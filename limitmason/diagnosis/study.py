@@ -309,6 +309,9 @@ class Study(Statement):
     ) -> Rehearsal:
         """Confusion matrix of blind trials on this very design.
 
+        Every trial is judged as :meth:`diagnose` judges, groups left out included. Only noise that tests share is
+        neither drawn nor estimated.
+
         Parameters
         ----------
         causes : the list; one trial in four hides nothing, the others one of these causes of random visible size

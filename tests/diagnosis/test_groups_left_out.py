@@ -7,6 +7,7 @@ import pytest
 from diagnosis_models import BATCH, CAUSES, FRICTION, ROUNDING, blocks, data, kinds, pulled, specimens, study
 
 from limitmason.diagnosis import Cause, Noise, Study
+from limitmason.diagnosis.inference.judge import Judge
 from limitmason.errors import InputError
 
 
@@ -80,3 +81,37 @@ def test_every_explanation_that_fits_is_held_against_the_groups_and_not_the_eigh
     found = of_one_group(twins).diagnose(draws=199, pairs=False)
     assert set(found.verdict.withdrawn) == {(name,) for name in twins}
     assert found.causes == ("alone",)
+
+
+def test_every_trial_of_a_rehearsal_is_judged_as_a_diagnosis_of_its_data(monkeypatch):
+    """Trials were judged without the groups: "alone or mostly" where a diagnosis of the same values says "alone"."""
+    made, seen, found = of_one_group(("mostly",)), [], []
+    judged = Judge.judge_with_own_noise
+
+    def kept_in_mind(judge, y, *rest):
+        seen.append(y)
+        return judged(judge, y, *rest)
+
+    monkeypatch.setattr(Judge, "judge_with_own_noise", kept_in_mind)
+    made.rehearse(n=5, seed=1, pairs=False, progress=found.append)
+    monkeypatch.undo()
+    design = made.design()
+    for line, y in zip(found, seen, strict=True):
+        values = np.exp(design.origin + design.scale * y)
+        answer = made.replace(measured=values).diagnose(seed=1, pairs=False)
+        like = "behaves like " if answer.kind == "behaves like" else ""
+        assert line.partition(", found ")[2] == like + (" or ".join(answer.causes) or answer.kind)
+
+
+def test_a_cause_that_one_group_alone_feels_is_not_withdrawn_by_rounding():
+    """Its scores are a in one group and 0 in the others: sum a, standard error |a|, by hand.
+
+    The sum of both is 0, which rounding made -3e-17: the planted cause was called unexplained.
+    """
+    values = data(BATCH, 1.15, seed=12)
+    made = study(values, groups=[s["batch"] for s in specimens()], shared=())
+    found = made.diagnose(CAUSES, draws=199, pairs=False)
+    score = found.gain.leave_group_out
+    assert abs(score.total + score.error) < 1e-12
+    assert score.total < -0.1
+    assert (found.causes, found.verdict.withdrawn) == (("batch",), ())

@@ -200,16 +200,26 @@ class Judge:
             verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
         for names in self.design.pair_names if verdict.pairs else ():
             self.design.grid(names)  # made now: a closed design makes no table, and who judges again tries all pairs
-        if worse := self._worse_by_group(verdict, y):  # one that is left, of several, gets its record now
-            decision = ConfidenceSet(judge.design, draws, self.rule)
-            verdict = judge._recorded(decision, verdict.without(worse), y, pairs=False)
-        return Judged(verdict, judge.design.closed(), shares)
+        return Judged(self.beside_groups(judge, verdict, y, draws), judge.design.closed(), shares)
 
-    def _worse_by_group(self, verdict: Verdict, y: np.ndarray) -> list[Names]:
-        """Kept explanations that predict groups left out worse than the baseline does."""
+    def beside_groups(self, judge: Judge, verdict: Verdict, y: np.ndarray, draws: Draws) -> Verdict:
+        """The verdict without explanations that predict groups left out worse than the baseline does.
+
+        Parameters
+        ----------
+        judge : who made the verdict: this one, or the same with shared noise carried
+        verdict : on the data set
+        y : whitened data, per specimen, shape (n,)
+        draws : standard errors for the bootstrap
+        """
         kept = () if self.groups is None else verdict.kept
         scores = {names: score_by_fold(self.design, names, y, self._folds) for names in kept}
-        return [names for names, score in scores.items() if score.total + score.error < 0.0]
+        # the scores of a cause that one group alone feels are that group's: their error is their size, to rounding
+        worse = [names for names, score in scores.items() if score.total + score.error < -CLOSE]
+        if not worse:
+            return verdict
+        # one that is left, of several, gets its record now
+        return judge._recorded(ConfidenceSet(judge.design, draws, self.rule), verdict.without(worse), y, pairs=False)
 
     def judge_with_own_noise(
         self, y: np.ndarray, draws: Draws, pairs: bool = True, alarm: Verdict | None = None
