@@ -11,12 +11,13 @@ import numpy as np
 from limitmason.answers.curve import Curve
 from limitmason.arrays import Array
 from limitmason.calibration.cross_validation import groups_of, left_out
+from limitmason.calibration.doubts import fit_warnings
 from limitmason.calibration.information import Information
 from limitmason.calibration.least_squares import SAME, SearchSettings, Slopes, confirmed, searched
 from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.parameter import Parameter, ParameterScale
 from limitmason.calibration.profile import profile
-from limitmason.calibration.result import Fit, fit_warnings
+from limitmason.calibration.result import Fit
 from limitmason.calibration.runs import Model, Runs
 from limitmason.calibration.targets import CurveTarget, Entry, OutputValue, entries_of
 from limitmason.checks import finite, instance, listener
@@ -136,7 +137,7 @@ def calibrate(
     return Fit(
         objective=objective, minimum=best, minima=tuple(minima), information=information, slopes=slopes,
         level=level or _LEVEL, ends=ends, left_out=missed, groups=tuple(groups or ()),
-        warnings=fit_warnings(objective, best, minima, objective.rise(best, level or _LEVEL)),
+        warnings=fit_warnings(objective, best, minima, objective.rise(best, level or _LEVEL), slopes),
     )
 
 

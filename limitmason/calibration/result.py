@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import stats
 
 from limitmason.arrays import Array, Flags
 from limitmason.calibration.cross_validation import LeftOut
+from limitmason.calibration.doubts import asked_beyond, strain
 from limitmason.calibration.information import Information, NextTest, UnresolvedDirection, ranked
-from limitmason.calibration.least_squares import SAME, Slopes
+from limitmason.calibration.least_squares import Slopes
 from limitmason.calibration.objective import Minimum, Objective
 from limitmason.calibration.runs import Model, taken
 from limitmason.calibration.simulated import Simulated, numbers_of
@@ -38,9 +38,6 @@ MOST_REFITTED = 3
 
 _LOOSE: Mapping[tuple[str, ...], str] = {("below",): "NOT from below", ("above",): "NOT from above"}
 """How a table calls a parameter that the data leave open on one side alone."""
-
-_ON_BOUND = 1e-6  # of the width of the bounds: a value that near to one lies on it
-_TOO_LARGE = 0.99  # probability: targets are missed by more than their scatter where it leaves the misfit less chance
 
 
 class FittedRow(NamedTuple):
@@ -137,14 +134,16 @@ class Fit(ReadOnly):
     def open_sides(self) -> dict[str, tuple[str, ...]]:
         """Sides on which the data set a parameter no end within its bounds, by name.
 
-        A side is "below" or "above". It is open where the slopes see nothing. Where profile intervals were asked for,
-        it is open if the interval ends at the bound alone and the deviation by the slopes is wider than the resolution.
+        A side is "below" or "above". It is open where the slopes see nothing, and where the parameter lies on its bound
+        and the targets ask for values beyond. Where profile intervals were asked for, it is open if the interval ends
+        at the bound alone and the deviation by the slopes is wider than the resolution.
         """
         scale = self.objective.scale
-        deviation = self.information.to_sides
+        deviation = self._strained.to_sides
         loose: Flags = ~np.isfinite(deviation)
         if self.ends is not None:
             loose = np.asarray(np.isinf(self.ends).T & (deviation > scale.resolution))
+        loose = loose | asked_beyond(self.objective, self.minimum, self.slopes)
         return {n: ("below",) * bool(loose[0, k]) + ("above",) * bool(loose[1, k]) for k, n in enumerate(scale.names)}
 
     @property
@@ -152,22 +151,37 @@ class Fit(ReadOnly):
         """Parameters that the data hold to within their resolution on both sides.
 
         By the ends of the interval, over the deviations of the level; where a bound lies within it, or none was asked
-        for, by the slopes over one deviation.
+        for, by the slopes over one deviation. Targets that are missed by more than their stated scatter count as known
+        to what they are missed by. A parameter on a bound beyond which they ask for values is not identified.
         """
-        scale = self.objective.scale
-        held = self.information.to_sides <= scale.resolution
-        if self.ends is not None:
-            # an interval of the level reaches as many deviations as the rise is over the variance, the root of it
-            best = self.minimum
-            reach = math.sqrt(self.objective.rise(best, self.level) / self.objective.variance(best)) * scale.resolution
-            away = np.abs(self.ends - best.x[:, None]).T
-            held = np.where(np.isinf(away), held, away <= reach)
-        return tuple(n for k, n in enumerate(scale.names) if held[:, k].all())
+        best = self.minimum
+        held = self._held(strain(self.objective, best)) & ~asked_beyond(self.objective, best, self.slopes)
+        return tuple(n for k, n in enumerate(self.objective.scale.names) if held[:, k].all())
+
+    def _held(self, times: float = 1.0) -> Flags:
+        """Which sides of the p parameters the data hold to within the resolution, shape (2, p).
+
+        All deviations count ``times`` as wide as the scatter of the targets makes them.
+        """
+        scale, best = self.objective.scale, self.minimum
+        resolution = scale.resolution / times
+        held: Flags = self.information.to_sides <= resolution
+        if self.ends is None:
+            return held
+        # an interval of the level reaches as many deviations as the rise is over the variance, the root of it
+        reach = math.sqrt(self.objective.rise(best, self.level) / self.objective.variance(best)) * resolution
+        away = np.abs(self.ends - best.x[:, None]).T
+        return np.asarray(np.where(np.isinf(away), held, away <= reach))
+
+    @property
+    def _strained(self) -> Information:
+        """What the slopes say where targets are known only to what they are missed by."""
+        return replace(self.information, variance=self.information.variance * strain(self.objective, self.minimum) ** 2)
 
     @property
     def unidentified(self) -> tuple[UnresolvedDirection, ...]:
         """Moves of parameters that the data leave free, or none where all are identified."""
-        return self.information.unresolved_directions
+        return self._strained.unresolved_directions
 
     @property
     def misfit(self) -> float:
@@ -267,7 +281,8 @@ class Fit(ReadOnly):
             For no candidates, a scatter outside 0 to 1, and a number that the model does not give, or that is 0.
         """
         check_candidates(candidates)
-        slopes, deviation = {}, math.sqrt(self.information.variance)
+        so_far = self._strained
+        slopes, deviation = {}, math.sqrt(so_far.variance)
         for name, (model, scatter) in candidates.items():
             given, values, ratio, rows = self._slopes(model)
             check_scatters(name, scatter, given)
@@ -278,7 +293,7 @@ class Fit(ReadOnly):
             slopes[name] = np.array([
                 deviation * rows[at[q]] / (sd if ratio[at[q]] else sd * abs(values[at[q]])) for q, sd in scatter.items()
             ])
-        return ranked(self.information, slopes)
+        return ranked(so_far, slopes)
 
     def diagnose(
         self, causes: Iterable[Cause], *, refit: Sequence[str] | None = None, seed: int = 0,
@@ -292,9 +307,9 @@ class Fit(ReadOnly):
         Parameters
         ----------
         causes : see ``limitmason.causes``
-        refit : parameters that may move with the causes: those identified where omitted, none of more than three. Each
-            is known to five of its deviations, wider where the fit is bad. Without them what the fit has taken up
-            is not seen, or is undone by a second cause
+        refit : parameters that may move with the causes: where omitted those that the stated scatter identifies, none
+            of more than three. Each is known to five of its deviations, wider where the fit is bad. Without them what
+            the fit has taken up is not seen, or is undone by a second cause
         seed : of the bootstrap
         cache : file that keeps the runs of the diagnosis
         options : of :meth:`limitmason.diagnosis.Study.diagnose`
@@ -307,7 +322,8 @@ class Fit(ReadOnly):
         p = self.objective
         kept = [k for k, e in enumerate(p.entries) if e.relative]
         if refit is None:
-            refit = self.identified if len(self.identified) <= MOST_REFITTED else ()
+            held = [n for n, both in zip(p.scale.names, self._held().all(axis=0).tolist(), strict=True) if both]
+            refit = held if len(held) <= MOST_REFITTED else ()
         # a fit that misses its targets by more than their scatter knows its parameters less well than its slopes say
         strained = math.sqrt(max(self.misfit / max(p.n - len(p.scale), 1), 1.0)) if p.known else 1.0
         nuisance = {}
@@ -359,42 +375,3 @@ class Fit(ReadOnly):
         return "\n".join([*lines, *(f"warning: {w}" for w in self.warnings)])
 
     __repr__ = __str__
-
-
-def fit_warnings(objective: Objective, best: Minimum, minima: Sequence[Minimum], rise: float) -> tuple[str, ...]:
-    """What a user should know before trusting a fit.
-
-    Parameters
-    ----------
-    objective : what was asked, with all points tried
-    best : the fit
-    minima : where every start ended
-    rise : of the sum of squares up to which a point is inside the interval [-]
-    """
-    out, scale = [], objective.scale
-    near = SAME * objective.variance(best)
-    if objective.best.chi2 < best.chi2 - near:
-        out.append(f"a run for the intervals has a lower misfit, {objective.best.chi2:.3g} for {best.chi2:.3g}: begin "
-                   f"from {', '.join(f'{n} {v:.4g}' for n, v in scale.values(objective.best.x).items())}")
-    if len(minima) > 1 and sum(m.chi2 - best.chi2 < near for m in minima) < 2:
-        out.append(f"only one of {len(minima)} starts ended at this misfit: give more, or see whether the model jumps")
-    if not best.converged:
-        out.append("the search ended at its limit of steps, not at a minimum")
-    apart = [best]
-    for m in minima:
-        # half-way to a minimum that is the same the sum of squares does not rise
-        between = [] if m.chi2 > best.chi2 + rise else [objective.at(0.5 * (m.x + b.x)) for b in apart]
-        if between and all(r @ r > best.chi2 + rise for r in between):
-            apart.append(m)
-            values = ", ".join(f"{n} {v:.4g}" for n, v in scale.values(m.x).items())
-            out.append(f"another minimum is as near the targets, {values} (misfit {m.chi2:.3g}): an interval that "
-                       "holds both also holds what lies between")
-    close = _ON_BOUND * (scale.high - scale.low)
-    for name, x, low, high, c in zip(scale.names, best.x, scale.low, scale.high, close, strict=True):
-        if x - low < c or high - x < c:
-            out.append(f"{name} lies on its bound")
-    dof = objective.n - len(scale)
-    if objective.known and best.chi2 > stats.chi2.ppf(_TOO_LARGE, max(dof, 1)):
-        out.append(f"the targets are missed by more than their scatter (misfit {best.chi2:.3g}), so that the intervals "
-                   "hold the true values less often than they say: ask fit.diagnose")
-    return tuple(out)

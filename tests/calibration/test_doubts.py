@@ -1,0 +1,50 @@
+"""Fits that a user should doubt: a bound that binds, a scatter that is stated too small."""
+
+import numpy as np
+import pytest
+
+from limitmason import Parameter, Target, calibrate
+
+STRESS = np.array([0.2, 0.5, 1.0, 1.5])
+
+
+def coulomb(c, mu):
+    return {"tau": (c + mu * STRESS).tolist()}
+
+
+@pytest.mark.parametrize("scatter", [0.02, None])
+def test_a_value_that_its_bound_sets_is_not_identified(scatter):
+    """Six numbers near 5, bounds up to 4: the data want ln(5 / 4) = 0.22 more, two resolutions."""
+    values = 5.0 * np.exp(0.02 * np.array([1.0, -1.0, 0.5, -0.5, 1.5, -1.5]))
+    fit = calibrate(lambda e: {"k": [e] * 6}, {"k": Target(values.tolist(), scatter)},
+                    [Parameter("e", 2.0, (0.1, 4.0))], leave_out=None)
+    assert fit.parameters["e"] == 4.0
+    assert fit.identified == ()  # was ("e",), with the interval 3.56 to 4
+    assert fit.open_sides == {"e": ("above",)}
+    assert "e lies on its bound, and the targets ask for values beyond" in str(fit)
+    # the truth on the bound itself is no such case
+    fit = calibrate(lambda e: {"k": [e] * 6}, {"k": Target((values / 1.25).tolist(), scatter)},
+                    [Parameter("e", 2.0, (0.1, 3.998))], leave_out=None)
+    assert fit.identified == ("e",)
+    assert fit.warnings == ("e lies on its bound",)
+
+
+def test_targets_missed_by_twenty_deviations_identify_nothing():
+    """Stated 2 %, missed by 21 times as much: the model lacks a cohesion of 0.35, and finds 1.35, not 0.7."""
+    values = 0.35 + 0.7 * STRESS
+    fit = calibrate(lambda mu: {"tau": (mu * STRESS).tolist()}, {"tau": Target(values.tolist(), 0.02)},
+                    [Parameter("mu", 0.6, (0.2, 1.5))], leave_out=None)
+    # the fit is the mean of ln(tau / sigma), so that the misfit is known by hand
+    apart = np.log(values / STRESS)
+    misfit = float(((apart - apart.mean()) ** 2).sum()) / 0.02**2
+    assert fit.misfit == pytest.approx(misfit, rel=1e-4)
+    assert fit.identified == ()  # was ("mu",)
+    (move,) = fit.unidentified
+    # a deviation of 0.02 / sqrt(4), times the misfit over three degrees of freedom, over a resolution of 0.1
+    assert move.deviation == pytest.approx(0.01 * np.sqrt(misfit / 3.0) / 0.1, rel=1e-2)
+    assert f"deviations {np.sqrt(misfit / 3.0):.3g} times as wide" in str(fit)
+    # with the cohesion in the model nothing is missed, and both are held by a scatter of 1 %
+    fit = calibrate(coulomb, {"tau": Target(values.tolist(), 0.01)},
+                    [Parameter("c", 0.3, (0.01, 1.0)), Parameter("mu", 0.6, (0.2, 1.5))], leave_out=None)
+    assert fit.identified == ("c", "mu")
+    assert fit.warnings == ()
