@@ -64,7 +64,8 @@ def angle_offset(size: float, prediction: float, specimen: Any) -> float:
     """
     angle = atan(prediction) + radians(size)
     if angle >= radians(89.9):
-        raise InputError(f"an angle offset of {size:g} deg on a multiplier of {prediction:g} passes the vertical")
+        raise InputError(f"an angle offset of {size:g} deg on a multiplier of {prediction:g} passes the vertical: "
+                         "a multiplier is the tangent of the tilt, not the angle")
     return max(tan(angle), FLOOR * prediction)
 
 

@@ -87,7 +87,7 @@ class Statement(ReadOnly):
             if not isinstance(given, Measured):
                 raise InputError(f"nuisance {name!r} must be Measured(value, sd), got {given!r}")
         # several values of one specimen are left out together, unless groups say otherwise
-        several = rows.several and len(specimens) > 1
+        several = rows.several and len(set(rows.of)) > 1  # specimens of which nothing was measured yet do not count
         groups = self.groups if self.groups is not None or not several else list(range(len(specimens)))
         spread = None if groups is None else rows.spread_out("groups", groups, len(specimens))
         if spread is not None and len(set(spread)) == 1:

@@ -132,7 +132,7 @@ class TableStudy:
             "version": version_of(simulate),
             "causes": (*self._chosen(), *(_towards(c) for c in self.towards)),
             "about": About(
-                title=self.title or title, units=self.data.units, quantity=f"{quantity} [{self.unit}]",
+                title=self.title or title, units=self.data.units, quantity=f"{quantity} [{self._scaled[1]}]",
                 notes=self._notes(), references=(*data_behind({"source": self.series}), *papers),
             ),
         }
@@ -210,11 +210,6 @@ class TableStudy:
         if self.inside is not None and self.predicted is None:
             return check_specimens(self.data, self.inside, self.measured)
         return 1.0, self.data.units.get(self.measured, "-")
-
-    @property
-    def unit(self) -> str:
-        """Unit of the measured values, that of the predictions."""
-        return self._scaled[1]
 
     @cached_property
     def values(self) -> list[float]:
@@ -301,7 +296,11 @@ class TableStudy:
 
     def _outside(self, tilting: bool) -> list[Cause]:
         """Causes in the measurement, which act on the predicted value."""
-        rig = causes.rig_friction((0.0, OFF_RIG * float(np.median(self.values))), unit=self.unit)
+        unit = self._scaled[1]
+        if self.tilting and unit != "-":
+            raise InputError(f"{self.data.name}: tilting is for tangents of a tilt angle, and {self.measured!r} is in "
+                             f"{unit!r}: give tan(angle), measured and predicted, in the unit '-'")
+        rig = causes.rig_friction((0.0, OFF_RIG * float(np.median(self.values))), unit=unit)
         columns = [b for b in BATCHES if b in self.data.columns] if self.batches is None else self.batches
         shifts = [causes.batch_shift(covariate=c, label=v) for c in columns for v in self._labels(c)]
         return [causes.gain(), rig] + ([causes.angle_offset()] if tilting else []) + shifts

@@ -18,6 +18,8 @@ from limitmason.diagnosis.result import Findings
 
 FEW = 5  # causes named in one sentence
 OPEN = 0.10  # largest share of sets without the truth, upper end, for a set to be said as closed
+FEWEST_ALIKE = 3  # numbers of which a common factor is told
+MUCH = 5.0  # of their scatter about a common factor, by which values are off
 AGAINST = 2.0  # log-likelihood by which a kind that grows worse speaks against an explanation
 
 
@@ -209,8 +211,23 @@ def _alarm_without_cause(diagnosis: Findings, before: str) -> list[str]:
         found = f", and no cause of the list alone removes the misfit; {rivalled_words(diagnosis)}"
     if diagnosis.verdict.withdrawn:
         found = f". {withdrawn_words(diagnosis)}"
+    where += _common_factors(diagnosis)
     misses = f"The simulation misses the measured values by {before}, more than noise allows{found}.{where}"
     return [misses, *carried, *by_kind_words(diagnosis), "The list lacks the cause: extend it and judge again."]
+
+
+def _common_factors(diagnosis: Findings) -> str:
+    """A sentence for each quantity that is off by one factor, about which it scatters little."""
+    out, of, log = "", np.array(diagnosis.quantities), diagnosis.design.log
+    known = dict.fromkeys(diagnosis.quantities)
+    for quantity in known:
+        apart = diagnosis.residuals["baseline"][(of == quantity) & (True if log is None else log)]
+        if len(apart) < FEWEST_ALIKE or not abs(apart.mean()) > MUCH * apart.std(ddof=1):
+            continue
+        which = f" of {quantity}" if len(known) > 1 else ""
+        out += (f" All values{which} are near {np.exp(apart.mean()):.3g} times the predicted, and scatter by "
+                f"{told_error(float(apart.std(ddof=1)))} about that: is a unit, a load or a definition another?")
+    return out
 
 
 def _explanation(diagnosis: Findings, before: str) -> list[str]:

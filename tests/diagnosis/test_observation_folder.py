@@ -49,6 +49,15 @@ def test_a_folder_of_files_becomes_a_study_and_the_example_says_what_was_planted
         Study.from_folder(folder, model=lambda s: ones)
 
 
+def test_of_twelve_specimens_one_may_be_measured_so_far(tmp_path):
+    """Groups that nobody gave were refused: "groups has the one label 0 ... or leave groups out"."""
+    folder = write_folder(tmp_path / "data")
+    lines = (folder / "measured.csv").read_text().splitlines()
+    (folder / "measured.csv").write_text("\n".join([x for x in lines if "stack" not in x or x.startswith("stack 1,")]))
+    made = Study.from_folder(folder)
+    assert (made.n, made.groups) == (3, None)
+
+
 @pytest.mark.slow
 def test_the_command_takes_a_folder(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)

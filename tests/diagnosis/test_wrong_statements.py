@@ -2,11 +2,12 @@
 
 import math
 
+import numpy as np
 import pytest
 from diagnosis_models import CAUSES, GAIN, data, specimens, study
 
 from limitmason.answers import Curve
-from limitmason.diagnosis import Measured, Noise, Observation, binomial_interval, investigate
+from limitmason.diagnosis import Measured, Noise, Observation, Study, binomial_interval, investigate
 from limitmason.diagnosis.curves import features, points
 from limitmason.errors import InputError
 
@@ -64,3 +65,35 @@ def test_replicates_without_end_are_a_known_noise():
     assert Noise(0.04, math.inf) == Noise(0.04)
     with pytest.raises(InputError, match="need a standard deviation"):
         Noise(None, math.inf)
+
+
+def tilts(path, factor, unit="deg"):
+    """Twelve blocks that fall at b / h, tilts predicted in degrees and measured in ``factor`` times that, to 2 %."""
+    width, height = np.repeat([0.1, 0.2, 0.3], 4), np.tile([0.4, 0.5, 0.6, 0.8], 3)
+    tilt = np.degrees(np.arctan(width / height))
+    seen = factor * tilt * np.exp(0.02 * np.random.default_rng(11).standard_normal(12))
+    rows = zip(width.tolist(), height.tolist(), seen.tolist(), tilt.tolist(), strict=True)
+    head = ["width,height,measured,predicted", f"# units: m,m,{unit},{unit}"]
+    path.write_text("\n".join([*head, *(",".join(map(str, row)) for row in rows)]))
+    return path
+
+
+def test_values_that_are_all_off_by_one_factor_do_not_scatter(tmp_path):
+    """Radians for degrees: all values are 0.0175 times the predicted, to 2 %, and no gain of 0.7 to 1.4 does that."""
+    made = Study.from_table(tilts(tmp_path / "radians.csv", math.radians(1.0)), noise=0.02)
+    with pytest.warns(UserWarning, match="are both in one unit"):
+        found = made.diagnose(draws=199, pairs=False)
+    assert (found.kind, found.causes) == ("unexplained", ())  # was "scatter": "the values scatter by 404 %"
+    apart = np.log(np.array(made.measured) / [s["predicted"] for s in made.specimens])
+    assert f"All values are near {np.exp(apart.mean()):.3g} times the predicted, and scatter by " \
+           f"{100.0 * apart.std(ddof=1):.1f} % about that" in found.report(checks=False)
+    # six times the stated noise about the right mean is scatter as before
+    right = np.array([s["predicted"] for s in made.specimens])
+    wide = made.replace(measured=right * np.exp(0.12 * np.random.default_rng(2).standard_normal(12)))
+    assert wide.diagnose(draws=199, pairs=False).kind == "scatter"
+
+
+def test_a_tilting_test_is_given_by_tangents(tmp_path):
+    """An offset of 1.5 degrees on "a multiplier" of 36.9, which was the angle, passed the vertical."""
+    with pytest.raises(InputError, match=r"tilting is for tangents .* 'measured' is in 'deg': give tan\(angle\)"):
+        Study.from_table(tilts(tmp_path / "tilts.csv", 1.0), noise=0.02, tilting=True)

@@ -11,6 +11,7 @@ import numpy as np
 from limitmason.diagnosis.inference.design import Design, Names
 
 ROUNDING = 1e-9  # of a log-likelihood: two that are nearer are equal
+_CLOSE = 1e-6  # log score that rounding may be
 
 
 def told_error(error: float) -> str:
@@ -153,6 +154,13 @@ def left_out(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> 
 def score_by_fold(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> Score:
     """Score over the baseline of values that an explanation predicts without their fold."""
     return _score(left_out(design, names, y, folds).score - left_out(design, (), y, folds).score, folds)
+
+
+def worse_by_fold(design: Design, names: Names, y: np.ndarray, folds: np.ndarray) -> bool:
+    """Whether an explanation predicts folds left out worse than the baseline, beyond the error of that."""
+    score = score_by_fold(design, names, y, folds)
+    # a cause that one fold alone feels has that fold's score alone: its error is its size, to rounding
+    return score.total + score.error < -_CLOSE
 
 
 def _selected(design: Design, y: np.ndarray, folds: np.ndarray, critical_gain: float) -> np.ndarray:

@@ -19,12 +19,13 @@ from limitmason.diagnosis.inference.confidence_set import ConfidenceSet
 from limitmason.diagnosis.inference.design import Design, Names
 from limitmason.diagnosis.inference.discrepancy import dose_of, dosed
 from limitmason.diagnosis.inference.evidence_by_kind import Evidence, agree, by_kind
-from limitmason.diagnosis.inference.gain import folds_of, score_by_fold
+from limitmason.diagnosis.inference.gain import folds_of, worse_by_fold
 from limitmason.diagnosis.inference.identification import DRAWN, against_draws, margin_of, unseen_values
 from limitmason.diagnosis.inference.missing import Missing, leave_each_out
 from limitmason.diagnosis.inference.noise import Draws
 from limitmason.diagnosis.inference.rivals import DRIFT, Rivals
 from limitmason.diagnosis.inference.shared_noise import Shares, estimated_shares
+from limitmason.diagnosis.inference.trends import chance_along
 from limitmason.diagnosis.inference.verdict import CONDITIONS, Identification, Rule, Verdict, VerdictKind
 
 ROUNDS = 6  # of renewed tables of pairs
@@ -32,6 +33,7 @@ PAIR_TAIL = 0.02  # chance that some second cause improves a single one by as mu
 LEVER = 2.0  # log-likelihood by which a name must beat every listed lever with another dependence
 CLOSE = 1e-6  # log-likelihood that rounding may be
 UNFELT = 1e-6  # of the largest effect at a value of a column: less is rounding
+COMMON = 0.001  # chance of so large an equal error of all values: below it they do not scatter about the simulation
 ODDS = 3.0  # the same over a drift in an order that is not recorded: 20 to 1
 
 Renewed = Callable[[Design, Verdict], bool]
@@ -198,24 +200,18 @@ class Judge:
             if judge is not self:
                 self.design.forget_pairs()  # the design of independent noise has grids of the wrong tables too
             verdict = judge.judge_with_own_noise(y, draws, pairs, alarm)
+        # made now: a closed design makes no table, and who judges again tries all pairs
         for names in self.design.pair_names if verdict.pairs else ():
-            self.design.grid(names)  # made now: a closed design makes no table, and who judges again tries all pairs
+            self.design.grid(names)
         return Judged(self.beside_groups(judge, verdict, y, draws), judge.design.closed(), shares)
 
     def beside_groups(self, judge: Judge, verdict: Verdict, y: np.ndarray, draws: Draws) -> Verdict:
-        """The verdict without explanations that predict groups left out worse than the baseline does.
+        """The verdict of a judge, without what predicts groups left out worse than the baseline does.
 
-        Parameters
-        ----------
-        judge : who made the verdict: this one, or the same with shared noise carried
-        verdict : on the data set
-        y : whitened data, per specimen, shape (n,)
-        draws : standard errors for the bootstrap
+        ``judge`` is this one or the same with shared noise carried, and ``draws`` are those of its bootstrap.
         """
         kept = () if self.groups is None else verdict.kept
-        scores = {names: score_by_fold(self.design, names, y, self._folds) for names in kept}
-        # the scores of a cause that one group alone feels are that group's: their error is their size, to rounding
-        worse = [names for names, score in scores.items() if score.total + score.error < -CLOSE]
+        worse = [names for names in kept if worse_by_fold(self.design, names, y, self._folds)]
         if not worse:
             return verdict
         # one that is left, of several, gets its record now
@@ -260,8 +256,7 @@ class Judge:
         ----------
         decision : draws data from explanations
         verdict : of the confidence set
-        y : whitened data, per specimen, shape (n,)
-        pairs : whether two causes may be tried
+        y, pairs : data, and whether two causes may be tried
         """
         if len(verdict.kept) != 1:  # nothing is named, or a set
             return verdict
@@ -273,23 +268,19 @@ class Judge:
         if (verdict.pairs and record.structure < self.rule.structure) or any(k.absent for k in record.kinds):
             left = verdict.without(verdict.kept[:1], "structured")
             return replace(left, identification=replace(record, missing=(*record.missing, "kinds")))
-        kind = verdict.kind if record.holds else VerdictKind.BEHAVES_LIKE
-        return replace(verdict, kind=kind, identification=record)
+        return replace(verdict, kind=verdict.kind if record.holds else VerdictKind.BEHAVES_LIKE, identification=record)
 
     def beside_scatter(self, decision: ConfidenceSet, verdict: Verdict, y: np.ndarray) -> Verdict:
-        """More scatter, or unexplained where a lever by specimen does better.
+        """More scatter, or unexplained where a lever by specimen or an equal error of all values does better.
 
         A factor of every specimen that its force and its stiffness share, or a friction that some walls feel, is no
         scatter of single values. The log-likelihood of such a lever over scatter of each kind is compared with that in
-        data drawn from the scatter. Only where the noise is known.
-
-        Parameters
-        ----------
-        decision : with the bootstrap, whose errors and inputs the data are drawn by
-        verdict : "more scatter than stated"
-        y : log measured values per row, in units of the noise, shape (n,)
+        data drawn from the scatter, only where the noise is known. ``verdict`` says "more scatter than stated", and
+        data are drawn by the errors and inputs of ``decision``.
         """
         design = self.design
+        if chance_along(verdict.null.residuals[0], design.turned(1.0 / design.scale)) < COMMON:
+            return replace(verdict, kind=VerdictKind.UNEXPLAINED)
         if not design.like.known:
             return verdict
         rivals, data = self.rivals(), design.turned(y)[None]
@@ -384,8 +375,7 @@ class Judge:
         ----------
         decision : the confidence set, which tries pairs
         verdict, record : the single name, and what stands behind it
-        y : whitened data, per specimen, shape (n,)
-        pairs : whether pairs may be tried
+        y, pairs : data, and whether pairs may be tried
 
         Returns
         -------

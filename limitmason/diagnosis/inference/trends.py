@@ -220,3 +220,17 @@ def _orthonormal(columns: np.ndarray, means: np.ndarray) -> np.ndarray:
     rest = columns - means @ (means.T @ columns)
     u, s, _ = np.linalg.svd(rest, full_matrices=False)
     return u[:, s > 1e-8 * max(1.0, s[0] if len(s) else 1.0)]
+
+
+def chance_along(residuals: np.ndarray, direction: np.ndarray) -> float:
+    """Tail probability of the part of residuals along a direction, in noise of the size of the rest.
+
+    It is that of F = S_1 / ((S - S_1) / (n - 1)), with S the sum of squares and S_1 the part along the direction.
+
+    Parameters
+    ----------
+    residuals, direction : in the same coordinates, shape (n,)
+    """
+    along = float(residuals @ direction) ** 2 / float(direction @ direction)
+    rest = max(float(residuals @ residuals) - along, FLOOR)
+    return float(fdtrc(1, len(residuals) - 1, along * (len(residuals) - 1) / rest))
