@@ -12,6 +12,9 @@ from limitmason.arrays import Flags
 from limitmason.calibration.least_squares import SAME, Slopes
 from limitmason.calibration.objective import Minimum, Objective
 
+FAR_OFF = 20.0
+"""Measured over fitted, or the reverse, beyond which a unit is asked about."""
+
 _ON_BOUND = 1e-6  # of the width of the bounds: a value that near to one lies on it
 _TOO_LARGE = 0.99  # probability: targets are missed by more than their scatter where it leaves the misfit less chance
 
@@ -91,6 +94,10 @@ def fit_warnings(
         if on_bound(objective, best)[:, k].any():
             asked = ", and the targets ask for values beyond: the bound sets it, not the data"
             out.append(f"{name} lies on its bound{asked * bool(beyond[:, k].any())}")
+    for e, fitted in zip(objective.entries, objective.predicted([best.x])[0].tolist(), strict=True):
+        if e.relative and abs(math.log(e.measured / fitted)) > math.log(FAR_OFF):
+            times = e.measured / fitted
+            out.append(f"{e.label} is measured {times:.3g} times what the fit gives: are both in one unit?")
     if (times := strain(objective, best)) > 1.0:
         out.append(f"the targets are missed by more than their scatter (misfit {best.chi2:.3g}), so that the intervals "
                    f"hold the true values less often than they say: ask fit.diagnose. Whether a parameter is "

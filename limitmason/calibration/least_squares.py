@@ -180,13 +180,14 @@ def descend(
         noise = objective.variance(Minimum(x, r))
         # Gauss-Newton's step within the trust region and the bounds, worked out in widths of the bounds
         d = width * _boxed(j * width, r, np.maximum(-radius, (low - x) / width), np.minimum(radius, (high - x) / width))
+        room = max(radius, _NARROWEST) * width  # for slopes: on an exact fit the radius gets too small for numbers
         # by how much the sum of squares falls if the residuals are linear
         promised = float(r @ r - np.sum((r + j @ d) ** 2))
         if promised <= SMALL * noise:
             if fresh:
                 return Minimum(x, r), j
             # slopes that were only updated may promise too little: measured before the search ends on them
-            j, fresh = secants(objective, x, r, one_deviation(objective, x, j, radius * width, Minimum(x, r))), True
+            j, fresh = secants(objective, x, r, one_deviation(objective, x, j, room, Minimum(x, r))), True
             continue
         y = np.clip(x + d, low, high)
         new = objective.at(y)
@@ -209,7 +210,8 @@ def descend(
         # a step that failed on measured slopes was too long; on updated ones these may be wrong, and it is tried again
         radius = 0.25 * long if fresh or lost else long
         if not lost:
-            j, fresh = secants(objective, x, r, one_deviation(objective, x, j, radius * width, Minimum(x, r))), True
+            room = max(radius, _NARROWEST) * width
+            j, fresh = secants(objective, x, r, one_deviation(objective, x, j, room, Minimum(x, r))), True
     return Minimum(x, r, converged=False), j
 
 

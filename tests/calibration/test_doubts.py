@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from limitmason import Parameter, Target, calibrate
+from limitmason import Curve, Parameter, Target, calibrate
 
 STRESS = np.array([0.2, 0.5, 1.0, 1.5])
 
@@ -48,3 +48,22 @@ def test_targets_missed_by_twenty_deviations_identify_nothing():
                     [Parameter("c", 0.3, (0.01, 1.0)), Parameter("mu", 0.6, (0.2, 1.5))], leave_out=None)
     assert fit.identified == ("c", "mu")
     assert fit.warnings == ()
+
+
+def test_a_curve_without_noise_is_met_exactly():
+    """5 kN/mm up to 10 kN, then 0.5 down: steps on the exact fit divided zero by zero, and asked the model at NaN."""
+    def push(k):
+        u = np.linspace(0.0, 12.0, 37)
+        return {"push": Curve(u, np.where(u < 10.0 / k, k * u, 10.0 - 0.5 * (u - 10.0 / k)), "mm", "kN")}
+
+    u = np.linspace(0.0, 10.0, 101)
+    measured = Curve(u, np.where(u < 2.0, 5.0 * u, 11.0 - 0.5 * u), "mm", "kN")
+    fit = calibrate(push, {"push": measured}, [Parameter("k", 3.0, (1.0, 20.0))])
+    assert fit.parameters["k"] == pytest.approx(5.0, rel=1e-9)
+    assert fit.identified == ("k",)
+
+
+def test_a_unit_is_asked_about():
+    """10 kN read as 10000 N; the stiffness of the model reaches a hundredth of that."""
+    fit = calibrate(lambda k: {"load": k}, {"load": Target(1e4, 0.05)}, [Parameter("k", 3.0, (1.0, 100.0))])
+    assert "load is measured 100 times what the fit gives: are both in one unit?" in fit.warnings
