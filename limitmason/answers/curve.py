@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from limitmason.answers.references import Citable, Cited
-from limitmason.arrays import Array
+from limitmason.arrays import Array, Flags
 from limitmason.checks import finite, numbers
 from limitmason.display.notebook import Displayed
 from limitmason.errors import InputError
@@ -191,7 +191,7 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         """Where the load has first fallen to a share of its peak.
 
         It is None where it never does. The displacement is that on a straight line between two samples, the index that
-        of the second.
+        of the second. On a measured curve with cycles an unloading that is made up later is no fall.
 
         Parameters
         ----------
@@ -199,13 +199,33 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
         """
         top = self.peak
         load = finite("share", share) * top.load
-        below = np.flatnonzero(self._sense * (self.load[top.index :] - load) <= 0.0)
+        fallen = self._sense * (self.load - load) <= 0.0
+        below = np.flatnonzero((fallen & ~self._made_up(~fallen))[top.index :])
         if not len(below):
             return None
         k = top.index + int(below[0])
-        if k == top.index:  # the peak itself, for a share of 1 or more, or a peak of zero
+        # the peak itself, for a share of 1 or more, or a peak of zero; or further on after a cycle
+        if k == top.index or fallen[k - 1]:
             return self.point(k)
         return CurvePoint(k, self._between(k, load), load)
+
+    @property
+    def _way(self) -> Array:
+        """Displacements from the first sample on, towards that of the peak, shape (n,)."""
+        way = self.displacement - self.displacement[0]
+        return np.asarray(-way if way[self.peak.index] < 0.0 else way)
+
+    def _made_up(self, borne: Flags) -> Flags:
+        """Samples in an unloading from which the curve comes back, shape (n,).
+
+        That is to its turning point or beyond, and ``borne``, shape (n,), again. A computed path has none: where it
+        turns back, it snaps back.
+        """
+        x = self._way
+        reached = np.maximum.accumulate(x)
+        # the largest displacement at which the load is borne, of each sample and those behind it
+        later = np.maximum.accumulate(np.where(borne, x, -np.inf)[::-1])[::-1]
+        return np.asarray((x < reached) & (later >= reached) & (not self.status))
 
     def stiffness(self, low: float = _SECANT_FROM, high: float = _SECANT_TO) -> float:
         """Secant stiffness between two shares of the peak on the way up.
@@ -259,12 +279,14 @@ class Curve(Displayed, Tabular, Citable, ReadOnly):
     def quantities(self) -> dict[str, float]:
         """What a test would write down, by name, in the curve's units.
 
-        "peak" and "drift at peak" are always there, and "residual", the load at the end. "stiffness" is the secant of
-        10 to 40 % of the peak, "drift at 80 %" the displacement where the load has fallen so far. The first event of
-        each name gives its load and its drift. What the curve does not show is left out.
+        "peak" and "drift at peak" are always there, and "residual", the load at the end, of a measured curve with
+        cycles or an unloading that at the largest displacement. "stiffness" is the secant of 10 to 40 % of the peak,
+        "drift at 80 %" the displacement where the load has fallen so far. The first event of each name gives its load
+        and its drift. What the curve does not show is left out.
         """
         top, ultimate = self.peak, self.ultimate()
-        out = {"peak": top.load, "drift at peak": top.displacement, "residual": float(self.load[-1])}
+        end = len(self) - 1 if self.status else int(np.flatnonzero(self._way == self._way.max())[-1])
+        out = {"peak": top.load, "drift at peak": top.displacement, "residual": float(self.load[end])}
         with suppress(InputError):  # a secant needs a way up, from below its lower end
             out["stiffness"] = self.stiffness()
         if ultimate is not None:

@@ -21,6 +21,7 @@ from limitmason.errors import InputError
 FEWEST = 4  # curves from which the number of effective points is estimated
 
 _RISE = 0.3  # of the peak: between 10 and 40 % of it, where the stiffness is read
+_REST = 0.01  # of the largest value of a column: what it may go the other way
 _BESIDE = 0.25  # of the spacing of points, to either side of one, over which its slope is read; chosen
 
 
@@ -29,8 +30,8 @@ def features(specimen: Any, curve: Curve, *, load_error: float, displacement_err
 
     The stiffness is that between 10 and 40 % of the peak, over a difference of displacements d: its relative error is
     :math:`\sqrt{2 l^2 + 2 (e / d)^2}` by the errors l and e of the columns. The drift at the peak is known no better
-    than half the range in which the load is within 2 l of the peak. What is known no better than itself, or is not
-    positive, is left out, with a warning.
+    than half the range in which the load is within 2 l of the peak. What is known no better than itself, is not
+    positive, or cannot be read, is left out, with a warning. Another warns of a record that does not begin at zero.
 
     Parameters
     ----------
@@ -46,6 +47,7 @@ def features(specimen: Any, curve: Curve, *, load_error: float, displacement_err
     """
     _check_errors(load_error, displacement_error)
     _refuse_other_way(specimen, curve)
+    _say_if_not_from_zero(specimen, curve, load_error, displacement_error)
     found, top = curve.quantities, curve.peak
     near = curve.displacement[curve.load >= (1.0 - 2.0 * load_error) * top.load]
     # relative scatter and unit of every quantity
@@ -147,11 +149,26 @@ def _check_errors(load_error: float, displacement_error: float) -> None:
             raise InputError(f"the errors of load and displacement must be positive, got {name}_error={error!r}")
 
 
+def _say_if_not_from_zero(specimen: Any, curve: Curve, load_error: float, displacement_error: float) -> None:
+    """Warn of a curve that begins off zero by more than its errors, or has no stiffness."""
+    (u, f), top = (column[0] for column in curve), curve.peak.load
+    if abs(u) > 2.0 * displacement_error or abs(f) > 2.0 * load_error * abs(top):
+        warnings.warn(f"the curve of specimen {specimen} begins at {u:.4g} {curve.displacement_unit} and {f:.4g} "
+                      f"{curve.load_unit}: an offset is read as displacement and load", stacklevel=3)
+    try:
+        curve.stiffness()
+    except InputError as unread:
+        warnings.warn(f"stiffness of specimen {specimen}: left out, {unread}", stacklevel=3)
+
+
 def _refuse_other_way(specimen: Any, curve: Curve) -> None:
-    """Refuse a ``curve`` of negative displacements and loads: pushes go one way."""
-    if curve.peak.load < 0.0:
-        mirrored = f"curve.in_units({curve.displacement_unit!r}, -1.0, {curve.load_unit!r}, -1.0)"
-        raise InputError(f"the curve of specimen {specimen!r} is pushed the other way: give {mirrored}")
+    """Refuse a ``curve`` of negative displacements, loads, or both: pushes go one way."""
+    turn = [-1.0 if column.max() <= -_REST * column.min() and column.min() < 0.0 else 1.0 for column in curve]
+    if min(turn) < 0.0:
+        u, f = turn
+        mirrored = f"curve.in_units({curve.displacement_unit!r}, {u}, {curve.load_unit!r}, {f})"
+        what = "pushed the other way" if u == f else f"of {'displacements' if u < 0.0 else 'loads'} below zero alone"
+        raise InputError(f"the curve of specimen {specimen!r} is {what}: give {mirrored}")
 
 
 def effective_points(deviations: np.ndarray) -> float:

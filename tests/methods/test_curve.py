@@ -180,3 +180,44 @@ def test_events_come_from_any_iterable_and_wrong_kinds_of_bounds_are_named():
     assert curve.event("first crack").index == 1
     with pytest.raises(InputError, match="kind of a bound must be one of"):
         lm.answers.Bound("sharp")
+
+
+def cycled(turns, back, end):
+    """A test of 5 kN/mm to 10 kN, then -0.5 kN/mm, unloaded and loaded again at 6 kN/mm from each turn, then to end."""
+    u, f, far = [0.0], [0.0], 0.0
+    for turn, down in zip(turns, [*(back * t for t in turns[:-1]), end], strict=True):
+        rising = np.arange(u[-1], turn + 1e-9, 0.05)[1:]
+        falling = np.arange(turn, down, -0.05)[1:]
+        envelope = np.interp([*rising, far, turn], [0.0, 2.0, 10.0], [0.0, 10.0, 6.0])
+        again = envelope[-2] - 6.0 * (far - rising)
+        u += [*rising, *falling]
+        f += [*np.maximum(np.where(rising >= far, envelope[:-2], again), 0.0)]
+        f += [*np.maximum(envelope[-1] - 6.0 * (turn - falling), 0.0)]
+        far = turn
+    return np.array(u), np.array(f)
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_cycles_of_a_test_are_no_fall_of_its_load(sense):
+    """By hand: peak 10 at 2, 80 % of it at 2 + 2 / 0.5 = 6, and 6 at the largest displacement, 10."""
+    u, f = cycled([1.0, 3.0, 5.0, 7.0, 10.0], 0.3, 8.5)
+    found = lm.Curve(sense * u, sense * f, "mm", "kN").quantities
+    wanted = {"peak": 10.0, "drift at peak": 2.0, "residual": 6.0, "drift at 80 %": 6.0}
+    assert {k: found[k] for k in wanted} == pytest.approx({k: sense * v for k, v in wanted.items()}, abs=1e-6)
+    assert found["stiffness"] == pytest.approx(5.0)
+    # the drift was 2.92 of the first unloading, the residual that at the end of the last
+    assert lm.Curve(sense * u, sense * f, "mm", "kN", status="solved").quantities["residual"] == sense * f[-1]
+
+
+def test_features_say_where_a_record_does_not_begin_at_zero_and_refuse_one_column_of_another_sign():
+    u, f = np.array([0.0, 2.0, 10.0]), np.array([0.0, 10.0, 6.0])
+    errors = {"load_error": 0.02, "displacement_error": 0.05}
+    with pytest.warns(UserWarning, match="specimen a begins at 0.3 mm and 0 kN: an offset is read as displacement"):
+        found = features("a", lm.Curve(u + 0.3, f, "mm", "kN"), **errors)
+    assert {o.quantity: o.value for o in found}["drift at peak"] == 2.3
+    with pytest.warns(UserWarning, match="stiffness of specimen a: left out, the curve starts at 1.5 kN, beyond 1.15"):
+        features("a", lm.Curve(u, f + 1.5, "mm", "kN"), **errors)
+    with pytest.raises(InputError, match=r"loads below zero alone: give curve.in_units\('mm', 1.0, 'kN', -1.0\)"):
+        features("a", lm.Curve(u, -f, "mm", "kN"), **errors)  # was no row at all, with a warning
+    with pytest.raises(InputError, match=r"displacements below zero alone: give curve.in_units\('mm', -1.0"):
+        features("a", lm.Curve(-u, f, "mm", "kN"), **errors)  # was peak and residual
