@@ -97,7 +97,8 @@ def fit_warnings(
     for e, fitted in zip(objective.entries, objective.predicted([best.x])[0].tolist(), strict=True):
         if e.relative and abs(math.log(e.measured / fitted)) > math.log(FAR_OFF):
             times = e.measured / fitted
-            out.append(f"{e.label} is measured {times:.3g} times what the fit gives: are both in one unit?")
+            what = f"{e.label} of {e.test}" if len({o.test for o in objective.entries}) > 1 else e.label
+            out.append(f"{what} is measured {times:.3g} times what the fit gives: are both in one unit?")
     if (times := strain(objective, best)) > 1.0:
         out.append(f"the targets are missed by more than their scatter (misfit {best.chi2:.3g}), so that the intervals "
                    f"hold the true values less often than they say: ask fit.diagnose. Whether a parameter is "

@@ -16,7 +16,7 @@ from limitmason.calibration.doubts import asked_beyond, strain
 from limitmason.calibration.information import Information, NextTest, UnresolvedDirection, ranked
 from limitmason.calibration.least_squares import Slopes
 from limitmason.calibration.objective import Minimum, Objective
-from limitmason.calibration.runs import Model, taken
+from limitmason.calibration.runs import Model, required, taken
 from limitmason.calibration.simulated import Simulated, numbers_of
 from limitmason.calibration.targets import check_candidates, check_scatters
 from limitmason.causes.cause import check_causes
@@ -240,9 +240,13 @@ class Fit(ReadOnly):
         slopes : shape (k, p)
         """
         objective, x = self.objective, self.minimum.x
-        takes = taken(other, (*objective.scale.names, *objective.runs.ties.formulas))
-        if not takes:
+        known = (*objective.scale.names, *objective.runs.ties.formulas)
+        if not callable(other):
+            raise InputError(f"the other model must be a function of the parameters, got {other!r}")
+        if not (takes := taken(other, known)):
             raise InputError(f"the other model takes none of the parameters {', '.join(objective.scale.names)}")
+        if bare := [n for n in required(other) if n not in known]:
+            raise InputError(f"the other model needs {bare[0]!r}, which was not fitted; known: {', '.join(known)}")
         # the fit itself, then a point above and one below it along each parameter: the moves of the fit's own slopes
         points, width = [x], []
         for k in range(len(x)):

@@ -63,7 +63,7 @@ class Runs:
         if idle:
             every = sorted({n for m in self.models for n in keywords(m) or ()})
             raise InputError(f"no model takes the parameter {idle[0]!r}; they take: {', '.join(every) or 'none'}")
-        if bare := [n for m in self.models for n in _required(m) if n not in given]:
+        if bare := [n for m in self.models for n in required(m) if n not in given]:
             raise InputError(f"the model needs {bare[0]!r}: give Parameter({bare[0]!r}, start, (low, high)), or a tie")
         self.executor, self.workers, self.progress = executor, workers, progress
         self.calls, self.seconds = 0, 0.0  # runs made, and the time that they took
@@ -169,7 +169,7 @@ def keywords(model: Model) -> tuple[str, ...] | None:
     return None if named is None or any(p.kind is p.VAR_KEYWORD for p in named) else tuple(p.name for p in named)
 
 
-def _required(model: Model) -> list[str]:
+def required(model: Model) -> list[str]:
     """Names that a model must be given, as far as its signature tells."""
     if getattr(model, "parameters", None) is not None:
         return []

@@ -208,7 +208,8 @@ class Rows:
         Raises
         ------
         InputError
-            For a specimen that is not there, a number given twice, or a scatter stated for some rows only.
+            For a specimen that is not there, a number given twice, a quantity in two units, or a scatter stated for
+            some rows only.
         """
         begun = {o.quantity for o in observed if not np.isnan(o.value)}
         planned = {o.quantity: (str(o.kind), o.link == "log", float(o.compared[1] or 0.0)) for o in observed
@@ -220,6 +221,10 @@ class Rows:
             if (number, o.quantity) in taken:
                 raise InputError(f"{o._called} is given twice: a repeat is a specimen of its own")
             taken.add((number, o.quantity))
+        units: dict[str, str] = {}  # of each quantity, as first stated
+        for o in chosen:
+            if o.unit != "-" and (first := units.setdefault(o.quantity, o.unit)) != o.unit:
+                raise InputError(f"{o._called} is in {o.unit!r}, others in {first!r}: give one quantity in one unit")
         pairs = [o.compared for o in chosen]
         stated = [scatter for _, scatter in pairs if scatter is not None]
         if stated and len(stated) < len(chosen):

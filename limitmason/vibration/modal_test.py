@@ -70,9 +70,12 @@ class ModalTest(ReadOnly):
         not_negative("close", self.close)
         if frequency.ndim != 1:
             raise InputError(f"frequency must be a list, one number for each mode [Hz], got {self.frequency!r}")
-        if shape.shape != (len(frequency), len(self.sensors)) or not np.isfinite(shape).all():
+        if shape.shape != (len(frequency), len(self.sensors)):
             wanted = f"({len(frequency)}, {len(self.sensors)})"
-            raise InputError(f"shape must be finite, one row per mode and a column per sensor {wanted}: {shape.shape}")
+            raise InputError(f"shape must have one row per mode and a column per sensor {wanted}: {shape.shape}")
+        if not np.isfinite(shape).all():
+            failed = int(np.argmin(np.isfinite(shape).all(axis=0)))
+            raise InputError(f"shape must be finite, it is not at sensor {failed}: leave that sensor out")
         if not ((frequency > 0.0) & np.isfinite(frequency)).all() or not np.abs(shape).max(axis=1).all():
             raise InputError("every mode needs a positive frequency and a shape that is not zero at all sensors")
         largest = np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)

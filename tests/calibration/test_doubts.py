@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from limitmason import Curve, Parameter, Target, calibrate
+from limitmason.errors import InputError
 
 STRESS = np.array([0.2, 0.5, 1.0, 1.5])
 
@@ -67,3 +68,16 @@ def test_a_unit_is_asked_about():
     """10 kN read as 10000 N; the stiffness of the model reaches a hundredth of that."""
     fit = calibrate(lambda k: {"load": k}, {"load": Target(1e4, 0.05)}, [Parameter("k", 3.0, (1.0, 100.0))])
     assert "load is measured 100 times what the fit gives: are both in one unit?" in fit.warnings
+    tests = {"first": {"load": Target(50.0, 0.05)}, "second": {"load": Target(5e4, 0.5)}}
+    fit = calibrate(lambda k: {"load": k}, tests, [Parameter("k", 3.0, (1.0, 100.0))])
+    assert "load of second is measured" in str(fit)
+
+
+@pytest.mark.parametrize(("other", "message"), [
+    (5, "the other model must be a function of the parameters, got 5"),
+    (lambda k, length: k * length, "the other model needs 'length', which was not fitted; known: k"),
+])
+def test_what_is_predicted_by_is_a_function_of_what_was_fitted(other, message):
+    fit = calibrate(lambda k: {"load": k}, {"load": Target(10.0, 0.05)}, [Parameter("k", 3.0, (1.0, 100.0))])
+    with pytest.raises(InputError, match=message):  # were TypeErrors of Python
+        fit.predict(other)

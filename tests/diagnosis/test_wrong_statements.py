@@ -97,3 +97,9 @@ def test_a_tilting_test_is_given_by_tangents(tmp_path):
     """An offset of 1.5 degrees on "a multiplier" of 36.9, which was the angle, passed the vertical."""
     with pytest.raises(InputError, match=r"tilting is for tangents .* 'measured' is in 'deg': give tan\(angle\)"):
         Study.from_table(tilts(tmp_path / "tilts.csv", 1.0), noise=0.02, tilting=True)
+
+
+def test_one_quantity_has_one_unit():
+    rows = [Observation(0, "peak", 2.0, 0.05, "kN"), Observation(1, "peak", 2000.0, 0.05, "N")]
+    with pytest.raises(InputError, match="peak of specimen 1 is in 'N', others in 'kN': give one quantity in one unit"):
+        Study(specimens(2), lambda s: {"peak": 2.0}, rows)

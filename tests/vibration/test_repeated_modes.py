@@ -288,5 +288,7 @@ def test_modes_that_change_places_are_paired_by_their_shapes():
 def test_what_was_measured_of_modes_is_checked():
     with pytest.raises(InputError, match="a column per sensor"):
         ModalTest([((0, 0, 0), "x")], [1.0], [[1.0, 2.0]])
+    with pytest.raises(InputError, match="shape must be finite, it is not at sensor 1: leave that sensor out"):
+        ModalTest([((0, 0, 0), "x"), ((0, 0, 0), "y")], [1.0], [[1.0, float("nan")]])
     with pytest.raises(InputError, match="positive frequency"):
         ModalTest([((0, 0, 0), "x")], [1.0], [[0.0]])
