@@ -148,7 +148,7 @@ def check_causes(causes: Iterable[Cause], nuisance: Iterable[str] = ()) -> tuple
     InputError
         For an empty list, a name used twice, or a parameter that is also a nuisance input.
     """
-    causes = (causes,) if isinstance(causes, Cause) else tuple(causes)
+    causes = (causes,) if isinstance(causes, Cause | str) else tuple(causes)
     if not causes:
         raise InputError("the list of causes is empty: a verdict is conditional on a list")
     names: list[str] = []

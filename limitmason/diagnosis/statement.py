@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from limitmason.causes.cause import Cause
+from limitmason.causes.cause import Cause, check_causes
 from limitmason.checks import instance
 from limitmason.diagnosis.cause_tables import CauseTables, StudyCache, placing_noise
 from limitmason.diagnosis.inference.grid import at_measured
@@ -273,7 +273,9 @@ class Statement(ReadOnly):
         """Prediction of the baseline at the measured inputs, shape (n,)."""
         return unlinked(at_measured(self.tables.base()), self.rows.log)
 
-    def predicted(self, causes: Iterable[Cause], sizes: Iterable[float], z: Iterable[float] = ()) -> np.ndarray:
+    def predicted(
+        self, causes: Cause | Iterable[Cause], sizes: float | Iterable[float], z: Iterable[float] = ()
+    ) -> np.ndarray:
         """Prediction with given causes switched on, by the simulator itself, shape (n,).
 
         Parameters
@@ -287,7 +289,9 @@ class Statement(ReadOnly):
             For another number of sizes than of causes, or of values than of inputs with an error.
         """
         z = tuple(z) or tuple(0.0 for _ in self.tabulator.free)
-        causes, sizes = tuple(causes), tuple(sizes)
+        causes = (causes,) if isinstance(causes, Cause | str) else tuple(causes)
+        causes = check_causes(causes) if causes else ()
+        sizes = tuple(sizes) if isinstance(sizes, Iterable) else (sizes,)
         free = len(self.tabulator.free)
         if len(causes) != len(sizes) or len(z) != free:
             raise InputError(f"{len(causes)} causes have {len(sizes)} sizes, and {free} inputs with an error {len(z)} "

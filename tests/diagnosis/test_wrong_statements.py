@@ -103,3 +103,12 @@ def test_one_quantity_has_one_unit():
     rows = [Observation(0, "peak", 2.0, 0.05, "kN"), Observation(1, "peak", 2000.0, 0.05, "N")]
     with pytest.raises(InputError, match="peak of specimen 1 is in 'N', others in 'kN': give one quantity in one unit"):
         Study(specimens(2), lambda s: {"peak": 2.0}, rows)
+
+
+def test_one_cause_has_one_size_and_a_name_is_no_cause():
+    made = study(data())
+    assert made.predicted(GAIN, 1.1) == pytest.approx(1.1 * made.baseline())  # was Python's "not iterable"
+    with pytest.raises(TypeError, match="a cause must be a Cause, .* got 'gain'"):
+        made.predicted(["gain"], [1.1])
+    with pytest.raises(TypeError, match="a cause must be a Cause, .* got 'gain'"):  # was "got 'g'"
+        made.diagnose("gain")
