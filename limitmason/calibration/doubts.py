@@ -11,6 +11,7 @@ from scipy import stats
 from limitmason.arrays import Flags
 from limitmason.calibration.least_squares import SAME, Slopes
 from limitmason.calibration.objective import Minimum, Objective
+from limitmason.calibration.targets import POINT
 
 FAR_OFF = 20.0
 """Measured over fitted, or the reverse, beyond which a unit is asked about."""
@@ -99,8 +100,20 @@ def fit_warnings(
             times = e.measured / fitted
             what = f"{e.label} of {e.test}" if len({o.test for o in objective.entries}) > 1 else e.label
             out.append(f"{what} is measured {times:.3g} times what the fit gives: are both in one unit?")
+    out += _points_of_curves(objective)
     if (times := strain(objective, best)) > 1.0:
         out.append(f"the targets are missed by more than their scatter (misfit {best.chi2:.3g}), so that the intervals "
                    f"hold the true values less often than they say: ask fit.diagnose. Whether a parameter is "
                    f"identified is judged by deviations {times:.3g} times as wide")
     return tuple(out)
+
+
+def _points_of_curves(objective: Objective) -> list[str]:
+    """What is said of each curve of which several points were to be met."""
+    read = [(e.test, e.reading.output) for e in objective.entries if e.reading.what == POINT]
+    counts = {curve: read.count(curve) for curve in dict.fromkeys(read)}
+    return [
+        f"{n} points of {output!r} count as so many independent numbers: errors that they share, of the load cell or "
+        f"of a gap, are in no interval. A point_scatter {math.sqrt(n):.2g} times as large makes them worth one"
+        for (_, output), n in counts.items() if n > 1
+    ]

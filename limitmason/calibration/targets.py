@@ -19,6 +19,9 @@ FIRST_CRACK = "first crack"
 FEATURES = ("stiffness", FIRST_CRACK, "peak", "peak displacement", "residual", "area")
 """What can be read off a curve; residual and area at and up to the end of the measured one."""
 
+POINT = "point"
+"""What is read where points along a curve are to be met."""
+
 RISE = (0.1, 0.4)
 """Shares of the peak between which the initial stiffness is the secant [-]."""
 
@@ -72,7 +75,8 @@ class CurveTarget:
     scatter : relative standard deviation of every feature, one number or one by feature; None where unknown
     features : some of ``FEATURES``; the first crack is the event of that name on both curves
     points : number of points of equal spacing along the displacement of the measured curve, instead of features or
-        beside them; their scatter is relative to the measured peak
+        beside them; their scatter is relative to the measured peak. Each counts as a number of its own, though the
+        points of one curve share errors, which the fit warns of: few points, or a larger ``point_scatter``
     point_scatter : of the points; None is that of the features where it is one number
 
     Raises
@@ -205,7 +209,7 @@ def feature(curve: Curve, what: str, at: float) -> float:
         return curve.peak.load
     if what == "peak displacement":
         return curve.peak.displacement
-    if what in ("residual", "point"):
+    if what in ("residual", POINT):
         return float(curve.at(at))
     if what == "area":
         end = float(curve.at(at))
@@ -287,7 +291,7 @@ def _entries_of_curve(test: str, name: str, target: CurveTarget) -> list[Entry]:
     for k in range(target.points):
         u = start + (end - start) * (k + 1) / target.points
         out.append(Entry(
-            test=test, label=f"{name} at {u:.4g}", reading=OutputValue(name, "point", u), measured=float(curve.at(u)),
+            test=test, label=f"{name} at {u:.4g}", reading=OutputValue(name, POINT, u), measured=float(curve.at(u)),
             scatter=float(spread or 0.0) * peak, relative=False, unit=curve.load_unit,
         ))
     return out
