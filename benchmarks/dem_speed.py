@@ -14,6 +14,7 @@ elapsed seconds too.
 import argparse
 import multiprocessing
 import os
+import queue
 import time
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")
@@ -34,6 +35,7 @@ GRIDS = {8: (4, 2), 32: (8, 4), 128: (16, 8)}
 SIZES = {104: (9, 11), 420: (20, 20), 1040: (32, 32), 2080: (45, 45), 4095: (63, 64)}
 ELSEWHERE = {8: 80e6, 32: 236e6, 128: 444e6}  # point updates per second on the machine the kernel was designed on
 DAMPING = Damping(local=0.5)
+LOOKED_AFTER = 1.0  # time between two looks at whether the processes are alive [s]
 
 
 @njit(fastmath={"contract"}, error_model="numpy")
@@ -127,10 +129,21 @@ def side_by_side(processes, count):
     workers = [context.Process(target=timed_process, args=(count, barrier, results)) for _ in range(processes)]
     for worker in workers:
         worker.start()
-    seconds = np.array([results.get() for _ in workers]).max(axis=0)
+    seconds: list[tuple[float, float]] = []
+    while len(seconds) < processes:
+        try:
+            seconds.append(results.get(timeout=LOOKED_AFTER))
+        except queue.Empty:
+            # one that died, as it cannot import, never comes to the barrier: the others would wait there for ever
+            died = [w.exitcode for w in workers if w.exitcode]
+            if died:
+                barrier.abort()
+                for worker in workers:
+                    worker.join()
+                raise SystemExit(f"a process of the benchmark ended with {died[0]}, see above") from None
     for worker in workers:
         worker.join()
-    return seconds
+    return np.array(seconds).max(axis=0)
 
 
 def main():

@@ -64,13 +64,20 @@ def main():
     busy = time.process_time() - busy
     print(f"{len(table)} histories of {LENGTH + 1:g} s, {table['steps'].mean():.0f} steps each: {spent:.0f} s elapsed, "
           f"{busy:.0f} s of processor time in this process, {args.workers} at work")
-    share = np.percentile(peak[~fell], (10, 50, 90))
-    print("peak rotation of those that stand, 10, 50 and 90 %: " + ", ".join(f"{v:.2g}" for v in share) + " degrees")
+    if not fell.all():
+        share = ", ".join(f"{v:.2g}" for v in np.percentile(peak[~fell], (10, 50, 90)))
+        print(f"peak rotation of those that stand, 10, 50 and 90 %: {share} degrees")
     print("| largest acceleration [m/s2] | histories | overturned | median peak [degrees] |\n|---|---|---|---|")
     for low in range(2, 8):
         rows = (table["pga"] >= low) & (table["pga"] < low + 1)
+        if not rows.any():
+            continue  # few histories leave some ranges empty
         print(f"| {low} to {low + 1} | {int(rows.sum())} | {fell[rows].mean():.3f} | {np.median(peak[rows]):.2g} |")
-    print(lm.study.fragility(table, "pga", "overturned"))
+    if 0 < fell.sum() < len(fell):
+        print(lm.study.fragility(table, "pga", "overturned"))
+    else:
+        print(f"no fragility curve: {fell.sum()} of {len(fell)} histories overturned, it needs some of both; "
+              "give more --histories")
 
 
 if __name__ == "__main__":

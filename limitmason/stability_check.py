@@ -19,6 +19,7 @@ from limitmason.checks import finite, switch
 from limitmason.display.notebook import shows
 from limitmason.errors import InputError, NotApplicable
 from limitmason.limit.associative import carry
+from limitmason.limit.associative_prediction import UNDECIDED
 from limitmason.limit.margin import Margin, last_standing, standing_margin
 from limitmason.limit.program.static_theorem import Problem, make_problem
 from limitmason.limit.range.bracket import inside
@@ -152,7 +153,7 @@ def stability(
     stands, state = _state(make_problem(assembly, loads, live_required=False, **model))
     state = with_model_notes(state, assembly, loads)
     if not stands:
-        unknown = ("neither forces nor a motion was found",) if stands is None else ()
+        unknown = (f"neither forces nor a motion was found; {UNDECIDED}",) if stands is None else ()
         return Standing(stands, state, notes=unknown)
     certain, curve, notes = _below_normality(assembly, loads, path, model)
 

@@ -13,7 +13,7 @@ import numpy as np
 from limitmason.answers.results import Prediction, Resultants, Status
 from limitmason.arrays import Array
 from limitmason.errors import InputError
-from limitmason.limit.associative_prediction import prediction_from
+from limitmason.limit.associative_prediction import UNDECIDED, prediction_from
 from limitmason.limit.interior_point.coverage import unsupported
 from limitmason.limit.program.clarabel_solver import BELOW_ZERO, Solution, carries_any, stands_under_dead_load
 from limitmason.limit.program.cones import Cones, make_cones
@@ -211,7 +211,7 @@ def _as_far_as_proven(best: Prediction, problem: Problem, *, unknown: bool) -> P
     """
     # cells are a lower bound: that none of their forces carry the dead load proves no fall, and may be all there is
     if best.status == Status.CANNOT_STAND and not _falls(best) and not problem.cells:
-        reason = "neither forces that carry the dead load were found nor a motion that proves it cannot be carried"
+        reason = f"no forces that carry the dead load were found, nor a motion that proves it cannot be; {UNDECIDED}"
         return replace(best, status=Status.NOT_CONVERGED, mechanism=None, warnings=(reason,))
     if unknown and best.status == Status.UNBOUNDED:
         # "unbounded" holds only of a structure that stands without live load, which is not known here

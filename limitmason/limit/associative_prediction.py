@@ -22,6 +22,12 @@ WIDE_GAP = 3e-7
 MOVES = 1e-4
 """Velocity over the largest from which a block is named among those that fall [-]: chosen."""
 
+UNDECIDED = (
+    "ask again with a friction angle or a size changed by a millionth, as the structure may be right at its limit, and "
+    "look for blocks or loads whose sizes lie far apart"
+)
+"""What to do where neither forces nor a motion were found, in words."""
+
 
 def _falling(problem: Problem, velocity: Array | None) -> tuple[Mechanism | None, dict]:
     """The motion by which the dead load falls, at mean velocity one, and its proof.

@@ -313,3 +313,13 @@ def test_an_end_at_which_nothing_is_proven_is_no_proof_of_a_fall(known, high):
     found = last_standing(lambda x: Margin(1.5 - x, 1.5 - x) if x <= known else nothing, 1.0, 2.0, accuracy=1e-6)
     assert found.high == pytest.approx(high, abs=2e-6)
     assert min(1.5, known) - 0.1 < found.low <= min(1.5, known)
+
+
+def test_what_is_not_decided_says_what_to_do(monkeypatch):
+    """No way is known to a structure of which neither is found: the answer of its program is taken away here."""
+    block = on_a_slope(0.1)
+    carried = lm.stability(block, tilts=()).state
+    monkeypatch.setattr("limitmason.stability_check._state", lambda problem: (None, carried))
+    found = lm.stability(block, tilts=())
+    assert found.stands is None
+    assert "changed by a millionth" in found.notes[0]

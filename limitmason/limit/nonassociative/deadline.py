@@ -3,6 +3,9 @@
 import math
 import time
 
+LEAST_SECONDS = 0.1
+"""Time that a solver gets at least, where its search is all but over [s]: chosen."""
+
 
 class Deadline(float):
     """Reading of ``time.perf_counter`` [s] after which no further program begins."""
@@ -21,6 +24,10 @@ class Deadline(float):
     def passed(self) -> bool:
         """Whether no further program is to begin."""
         return time.perf_counter() > self
+
+    def at_least(self, seconds: float = LEAST_SECONDS) -> float:
+        """Time that a program may take: what is left, but no less than some seconds [s]."""
+        return max(self.left, seconds)
 
     def within(self, seconds: float) -> "Deadline":
         """This deadline, or the one so many seconds from now where that comes first."""

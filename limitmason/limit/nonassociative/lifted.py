@@ -20,10 +20,6 @@ MAX_ROWS = 200_000
 """Larger programs than this take minutes and gigabytes."""
 
 
-LEAST_SECONDS = 0.1
-"""Time that the solver gets at least [s]: chosen."""
-
-
 class LiftedBound(NamedTuple):
     """Lower bound of the scaled multiplier: the dual value, less its residual's cost.
 
@@ -122,7 +118,7 @@ def lifted_bound(programs: PlanePrograms, low: float, high: float, deadline: Dea
     # any dual vector gives a bound: an interior point serves, without the way from there to a vertex
     model.setOptionValue("solver", "ipm")
     model.setOptionValue("run_crossover", "off")
-    model.setOptionValue("time_limit", max(deadline.left, LEAST_SECONDS))
+    model.setOptionValue("time_limit", deadline.at_least())
     model.run()
     status = model.modelStatusToString(model.getModelStatus())
     if model.getModelStatus() != highspy.HighsModelStatus.kOptimal:

@@ -33,9 +33,6 @@ WIDER = 10.0
 MARGIN = 1e-6
 """Scaled multiplier added to both ends of the range of a program [-], so that rounding excludes no state at its end."""
 
-LEAST_SECONDS = 0.1
-"""Time that the mixed-integer solver gets at least [s]: chosen."""
-
 
 class Extreme(NamedTuple):
     """Lowest (or highest) exact state known, and the multiplier with none beyond."""
@@ -151,7 +148,7 @@ def prove_smallest(
             programs, max(floor, 0.0) - MARGIN, min(top, value) + MARGIN, velocity_bound * limits, force_bound
         )
         # a tenth of the tolerance, so that its gap does not use up what state and bound may differ by
-        proof = program.solve(best, time_limit=max(deadline.left, LEAST_SECONDS), gap=0.1 * tolerance, verbose=verbose)
+        proof = program.solve(best, time_limit=deadline.at_least(), gap=0.1 * tolerance, verbose=verbose)
         nodes += proof.nodes
         if exact(proof.state, law, ACCURACY) and proof.state.multiplier < value:
             best, value = proof.state, proof.state.multiplier

@@ -43,7 +43,7 @@ ENDS = ("smallest", "largest")
 ALL_USED = 1.0 - 1e-6
 """Share of the velocity bound from which it is said to be reached [-]: less than one by the solver's accuracy."""
 
-LEAST_SECONDS = 1.0
+LARGEST_SECONDS = 1.0
 """Time that the program for the largest multiplier gets at least [s]: chosen."""
 
 
@@ -272,7 +272,7 @@ def _largest(
     share = float(np.max(np.abs(best.velocity) / limits))
     program = BoundedProgram(programs, best.multiplier - MARGIN, top + MARGIN, limits, force)
     # a tenth of the tolerance, so that its gap does not use up what state and bound may differ by
-    proof = program.solve(best, largest=True, time_limit=max(deadline.left, LEAST_SECONDS), gap=0.1 * tolerance)
+    proof = program.solve(best, largest=True, time_limit=deadline.at_least(LARGEST_SECONDS), gap=0.1 * tolerance)
     if exact(proof.state, programs.law, ACCURACY) and proof.state.multiplier > best.multiplier:
         best = proof.state
     value = best.multiplier
