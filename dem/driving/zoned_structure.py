@@ -228,7 +228,7 @@ class ZonedStructure(DrivenStructure):
         for setting in ("calm", "damping"):
             if getattr(drive, setting) is not None:
                 raise InputError(f"zoned blocks take no {setting}: leave it out of the drive")
-        check_stages([drive], loaded=False)
+        check_stages([drive], loaded=False, timed=False)
         servo_holds(drive, assembly)
         given_loads = loads if loads is not None else Loads.weight(assembly)
         dead = given_loads.dead.copy()

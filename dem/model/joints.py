@@ -224,7 +224,9 @@ def make_points(assembly: Assembly, grid: Grid, contact_model: str, plane: Plane
     plane : of a plane problem, on which one row of points lies; None in space
     """
     refuse_too_large(assembly, grid)
-    return contact_points(assembly, contact_model=contact_model, grid=grid, plane=plane, elastic=True)
+    return contact_points(
+        assembly, contact_model=contact_model, grid=grid, plane=plane, elastic=True, called="contact_points"
+    )
 
 
 def make_joints(
@@ -296,6 +298,8 @@ def make_laws(assembly: Assembly, dead: Array, options: JointOptions) -> tuple[A
     for name in ("stiffness_factor", "shear_factor"):
         positive(f"joint_options: {name}", getattr(options, name))
     dash = per_interface(0.0 if options.dashpot is None else options.dashpot, kinds, "dashpot")
+    if not np.isfinite(dash).all():
+        raise InputError("dashpot must be finite [s]: 0 takes it away, with 1e-3 or so little rebounds")
     later = options.residual_dilatancy_angle_deg
     # residual tan(psi)
     psi_r = None if later is None else np.tan(np.deg2rad(per_interface(later, kinds, "residual_dilatancy_angle_deg")))

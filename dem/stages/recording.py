@@ -19,6 +19,7 @@ from dem.model.unbalance import SLID, Scale, slid_and_moved, unbalance
 from dem.stages.debris_floor import Floor
 from dem.stages.history import COLUMNS, History, RunSettings
 from dem.stages.resuming import Position, RunStatus, Watch
+from dem.stages.servo_note import strayed_pushes
 from dem.stages.store import Samples, Store, StoredSamples
 from limitmason.arrays import Array, Flags
 from limitmason.model import Assembly, Loads
@@ -157,6 +158,10 @@ class Recorder:
                 "came to rest: at once they overshoot, and how far joints slide hangs on the way; "
                 f"Settle(gently={_SLOWER * done}) puts them on evenly"
             )
+
+    def note_pushes(self, stage: Stage, number: int) -> None:
+        """Say where jacks strayed from their forces in a stage by its number, from 0."""
+        self.notes += strayed_pushes(self.assembly, stage.servo, number, self.samples.arrays(), self.blocks)
 
     def note_motion_after_ramp(self, ramp: Stage, shift: Array) -> None:
         """Say how far blocks moved on while loads were held to which a ramp had led.

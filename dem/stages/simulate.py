@@ -154,12 +154,13 @@ def prepared(
     if before is not None:
         instance("start", before, State, "or a History")
     # a state that has taken steps bears its loads already
-    notes = check_stages(todo, loaded=before is not None and before.time > 0.0)
+    timed = (chosen.get("mode") or (None if before is None else before.mode)) == DYNAMIC
+    notes = check_stages(todo, loaded=before is not None and before.time > 0.0, timed=timed)
     if damping is not None:
         instance("damping", damping, Damping)
     if not isinstance(sample, int | np.integer):
         sample = positive("sample", sample, "s")
-        if (chosen.get("mode") or (None if before is None else before.mode)) != DYNAMIC:
+        if not timed:
             raise InputError(
                 f"sample = {sample:g} s is for dynamic runs: time counts steps in others, give a whole number"
             )

@@ -15,7 +15,7 @@ SERVO_EVERY = 10
 """Steps between two corrections of a servo's velocity."""
 
 
-def check_stages(stages: Sequence[Stage], loaded: bool) -> list[str]:
+def check_stages(stages: Sequence[Stage], loaded: bool, timed: bool) -> list[str]:
     """Refuse wrong fields of stages, and note records that end with velocity.
 
     What is refused is told by stage and field.
@@ -24,12 +24,14 @@ def check_stages(stages: Sequence[Stage], loaded: bool) -> list[str]:
     ----------
     stages : all of a run
     loaded : whether loads act already when the first stage begins
+    timed : whether time is that of real masses; else it counts steps
 
     Raises
     ------
     InputError
-        For lengths, dampings and servos that are none; loads that come on gently where others act already; and a record
-        that ends with velocity, is followed by another stage and does not say what the ground does then.
+        For lengths, dampings and servos that are none; durations where time counts steps; loads that come on gently
+        where others act already; and a record that ends with velocity, is followed by another stage and does not say
+        what the ground does then.
     """
     notes = []
     for number, stage in enumerate(stages):
@@ -37,6 +39,10 @@ def check_stages(stages: Sequence[Stage], loaded: bool) -> list[str]:
         for field, check in (("steps", count), ("duration", positive), ("stop_when_moved", positive)):
             if getattr(stage, field, None) is not None:
                 check(f"{name}: {field}", getattr(stage, field))
+        if not timed and (seconds := getattr(stage, "duration", None)) is not None:
+            raise InputError(
+                f"{name}: duration = {seconds:g} s is for dynamic runs: time counts steps in others, give steps="
+            )
         if stage.damping is not None:
             instance(f"{name}: damping", stage.damping, Damping)
         if not isinstance(stage.servo, Mapping):

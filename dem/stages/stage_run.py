@@ -232,6 +232,8 @@ class StageRun:
     def _close(self) -> None:
         """Let go what the stage has held, and keep how it ended."""
         rec, state, at, stage = self.rec, self.rec.state, self.at, self.stage
+        if stage.servo and isinstance(stage, Drive):
+            rec.note_pushes(stage, at.stage)
         if isinstance(stage, Settle):
             rec.note_slip(stage, at.done)
             if at.stage:

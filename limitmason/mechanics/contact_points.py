@@ -76,6 +76,7 @@ def contact_points(
     plane: Plane | None = None,
     elastic: bool = False,
     ties: bool = False,
+    called: str = "grid",
 ) -> ContactPoints:
     """Contact points of all interfaces that touch a free block.
 
@@ -93,6 +94,7 @@ def contact_points(
     elastic : areas of a grid that bend as the face does, for stiffness (the DEM); False for areas that carry what the
         face carries, for strength: the points are the same
     ties : one point more for every tie that touches a free block, at its middle, as ``Assembly.links`` numbers them
+    called : name of the argument by which a user gave the grid, for errors
 
     Returns
     -------
@@ -106,9 +108,9 @@ def contact_points(
     if contact_model == "vertices":  # a side has its two ends alone
         sizes = np.full((len(x.area), 2), 2, dtype=np.intp)
     elif isinstance(grid, int | float):
-        sizes = _spaced_sizes(assembly, grid, plane)
+        sizes = _spaced_sizes(assembly, grid, plane, called)
     else:
-        sizes = _grid_sizes(assembly, grid)
+        sizes = _grid_sizes(assembly, grid, called)
         sizes = sizes if plane is None else in_rows(assembly, sizes, plane)
     position, interface, area = [np.empty((0, 3))], [np.empty(0, np.intp)], [np.empty(0)]
     # faces with as many corners and points are laid out at once
@@ -233,10 +235,10 @@ def on_few_points(assembly: Assembly, remedy: str, points: ContactPoints | None 
     )
 
 
-def _grid_sizes(assembly: Assembly, grid: Grid | Mapping[str, Grid]) -> Index:
+def _grid_sizes(assembly: Assembly, grid: Grid | Mapping[str, Grid], called: str) -> Index:
     """Points along both sides of every joint by its kind or wall, shape (k, 2).
 
-    ``grid`` is that of :func:`contact_points`, but no spacing.
+    ``grid`` and ``called`` are those of :func:`contact_points`, but no spacing.
 
     Raises
     ------
@@ -245,22 +247,22 @@ def _grid_sizes(assembly: Assembly, grid: Grid | Mapping[str, Grid]) -> Index:
     """
     table = grid if isinstance(grid, Mapping) else dict.fromkeys({i.kind for i in assembly.interfaces}, grid)
     for name, size in table.items():
-        counts = numbers(f"grid for {name!r}", size)
+        counts = numbers(f"{called} for {name!r}", size)
         if counts.shape != (2,) or not (counts >= 2.0).all() or (counts != counts.round()).any():
-            raise InputError(f"grid for {name!r} must be two whole numbers of at least 2, got {size!r}")
+            raise InputError(f"{called} for {name!r} must be two whole numbers of at least 2, got {size!r}")
     walls = [name for name in table if name not in KINDS]
     names = [block.name for block in assembly.blocks]
     for wall in walls:
         if not any(name.startswith(wall) for name in names):
             raise InputError(
-                f"grid has an entry {wall!r}, which is no kind of joint ({', '.join(KINDS)}) and begins the name of no "
-                "block"
+                f"{called} has an entry {wall!r}, which is no kind of joint ({', '.join(KINDS)}) and begins the name "
+                "of no block"
             )
     sizes = np.empty((len(assembly.interfaces), 2), np.intp)
     for k, i in enumerate(assembly.interfaces):
         own = [table[wall] for wall in walls if any(names[b].startswith(wall) for b in (i.block_a, i.block_b))]
         if not own and i.kind not in table:
-            raise InputError(f"grid has no entry for joints of kind {i.kind!r}")
+            raise InputError(f"{called} has no entry for joints of kind {i.kind!r}")
         sizes[k] = np.max(own, axis=0) if own else table[i.kind]
     return sizes
 
@@ -279,13 +281,14 @@ def extents(x: AssemblyArrays, *directions: Array) -> Array:
     return np.stack([np.maximum.reduceat(a, first) - np.minimum.reduceat(a, first) for a in along], axis=1)
 
 
-def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> Index:
+def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None, called: str) -> Index:
     """Points both ways on every interface for a spacing, 2 at least, shape (k, 2).
 
     Parameters
     ----------
     spacing : largest distance of evenly spaced points [m]
     plane : in which they lie, one row along each face; None for points all over it
+    called : name of the argument that the spacing was given by, for errors
 
     Raises
     ------
@@ -310,8 +313,8 @@ def _spaced_sizes(assembly: Assembly, spacing: float, plane: Plane | None) -> In
     # grid=5 is easily meant as 5 points: as a spacing of 5 m it would leave two on a side. A number is 2 at least
     if spacing >= 2.0 and spacing > longest:
         raise InputError(
-            f"grid={spacing!r} is a spacing of points [m], more than the longest joint, {longest:.3g} m: give two "
-            "numbers of points, grid=(5, 5), or a smaller spacing"
+            f"{called}={spacing!r} is a spacing of points [m], more than the longest joint, {longest:.3g} m: give two "
+            f"numbers of points, {called}=(5, 5), or a smaller spacing"
         )
     # a side that is a whole number of spacings but for rounding gets no point more
     return np.maximum(np.ceil(spans / spacing - DIFFERS).astype(np.intp) + 1, 2)

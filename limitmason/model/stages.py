@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from limitmason.arrays import Array, Flags
-from limitmason.checks import count, finite, not_negative
+from limitmason.checks import count, finite, not_negative, switch
 from limitmason.errors import InputError
 from limitmason.model.assembly import Assembly
 from limitmason.model.input import read_vector
@@ -43,6 +43,8 @@ class Damping:
 
     def __post_init__(self) -> None:
         """Check the range."""
+        switch("Damping: kinetic", self.kinetic)
+        switch("Damping: combined", self.combined)
         local, adaptive = finite("Damping: local", self.local), finite("Damping: adaptive", self.adaptive)
         if not (0.0 <= local <= 0.9 and adaptive >= 0.0):
             raise InputError(
@@ -76,6 +78,7 @@ class Servo:
     def __post_init__(self) -> None:
         """Check the range."""
         finite("Servo: force", self.force)
+        switch("Servo: parallel", self.parallel)
         if not 0.0 < finite("Servo: gain", self.gain) <= 0.5:
             raise InputError(f"a servo needs a finite force and 0 < gain <= 0.5, got {self.force!r} and {self.gain!r}")
 
@@ -220,6 +223,7 @@ class Drive(Stage):
                 raise InputError(f"Drive: moves of block {block!r} must read {{'x': 0.005}} [m, rad], got {moves!r}")
             for name, value in moves.items():
                 finite(f"Drive: displacement of block {block!r} along {name!r}", value)
+        switch("Drive: keep", self.keep)
         if self.calm is not None and not (finite("Drive: calm", self.calm) > 0.0 and self.duration is None):
             raise InputError(f"Drive: calm must be positive, and the length be given in steps, got {self.calm!r}")
 

@@ -81,3 +81,18 @@ def test_a_block_held_by_an_earlier_drive_keeps_recording_its_reaction():
     assert later.status == "finished"
     exact = (b.weights[1] + b.weights[2]) * BREADTH / 2 / (HEIGHT + BEAM / 2)
     assert later.reaction_of(2)[-1, 0] == pytest.approx(exact, rel=5e-3)
+
+
+def test_a_push_that_strays_from_its_servo_is_named_with_what_it_was():
+    """What the beam bears at any sample is known from the reaction that is recorded: at a fast drive not its force."""
+    b = pier()
+    wanted = 10.0 * b.weights[1]
+    servo = {2: dem.Servo(wanted, parallel=False)}
+    for steps, strays in ((2_000, True), (40_000, False)):
+        drive = dem.Drive(displacement={2: {"x": 4e-4}}, steps=steps, servo=servo)
+        h = dem.simulate(b, [dem.Settle(servo=servo, tolerance=1e-5), drive], contact_points=(2, 2))
+        push = -h.reaction_of(2)[h["stage"] == 1, 2]
+        assert bool(np.abs(push / wanted - 1.0).max() > 0.05) is strays
+        said = [w for w in h.warnings if f"servo on block {b.blocks[2].name!r}" in w]
+        assert len(said) == strays
+        assert not strays or f"pushed by {push.min():.5g} to {push.max():.5g} N, its force is {wanted:.5g} N" in said[0]

@@ -95,3 +95,28 @@ def test_samples_and_openings_that_no_history_has_are_refused_by_name():
 def test_corners_alone_are_told_as_such():
     answer = dem.collapse(*block(), contact_model="vertices", error_budget=(), tolerance=0.05)
     assert answer.provenance["contact points"] is None
+
+
+def test_a_duration_where_time_counts_steps_is_refused():
+    """One second was one step: the load came on at once."""
+    b, loads = block()
+    stages = [dem.Settle(), dem.Ramp(0.1, duration=1.0)]
+    with pytest.raises(InputError, match=r"stage 1 \(Ramp\): duration = 1 s is for dynamic runs"):
+        dem.simulate(b, stages, loads=loads)
+    run = dem.simulate(b, dem.Ramp(0.1, duration=0.01), loads=loads, mode="dynamic")
+    assert run["time"][-1] == pytest.approx(0.01, rel=1e-9)
+    with pytest.raises(InputError, match=r"stage 0 \(Hold\): duration"):
+        dem.simulate(b, dem.Hold(duration=100.0), start=dem.initial_state(b, loads))
+
+
+@pytest.mark.parametrize(("made", "words"), [
+    (lambda: dem.Damping(kinetic="no"), "Damping: kinetic must be True or False, got 'no'"),
+    (lambda: dem.Damping(0.5, combined=0.3), "Damping: combined"), (lambda: dem.Servo(1e3, parallel="no"), "parallel"),
+    (lambda: dem.Drive({1: {"x": 1e-3}}, steps=9, keep="no"), "Drive: keep"),
+    (lambda: dem.simulate(block()[0], dem.Settle(), contact_points=4), r"contact_points=4 .* contact_points=\(5, 5\)"),
+    (lambda: dem.simulate(block()[0], dem.Settle(), contact_points=(4, 4, 4)), "contact_points for 'b"),
+    (lambda: dem.simulate(block()[0], dem.Settle(), joint_options=dem.JointOptions(dashpot=np.inf)), "dashpot must be"),
+])
+def test_what_would_count_as_something_else_is_named_as_it_was_given(made, words):
+    with pytest.raises(InputError, match=words):
+        made()
