@@ -15,6 +15,7 @@ from limitmason.arrays import Array
 from limitmason.checks import finite
 from limitmason.errors import InputError
 from limitmason.figures import style
+from limitmason.storage.csv_table import Tabular
 
 _WIDTH, _HEIGHT = 4.6, 3.0  # of the diagram [in]
 FORCE = "force [kN]"
@@ -122,7 +123,8 @@ def history_curves(
     history : anything that gives an array for ``history[name]``: ``dem.History``, a mapping
     names : what to draw, for example ("kinetic", "elastic", "friction")
     against : name of the quantity along the horizontal axis
-    units : by name, written on the axes; the common unit of ``names`` goes to the vertical axis
+    units : by name, written on the axes; the common unit of ``names`` goes to the vertical axis, units that differ to
+        the names. Those of a ``dem.History`` are known
     log : logarithmic vertical axis; values that are not positive are left out of it
     title : heading
     caption : the small text under it
@@ -139,7 +141,9 @@ def history_curves(
     names = names if isinstance(names, str) else list(names)
     if not names or isinstance(names, str):
         raise InputError(f"name at least one quantity to draw, in a list, got {names!r}")
-    units = units or {}
+    known = history.tabulated()[0] if isinstance(history, Tabular) else {}
+    units = {name: "" if unit == "-" else unit for name, unit in (dict(known) | dict(units or {})).items()}
+    kinds = {units.get(n, "") for n in names}
     x = np.asarray(history[against], dtype=float)
     own = ax is None
     _, ax = style.paper(style.page_width(_WIDTH), _HEIGHT, ax)
@@ -150,11 +154,12 @@ def history_curves(
         if log:
             y = np.where(y > 0.0, y, np.nan)
         label = name if len(names) > 1 else None
+        if len(kinds) > 1 and units.get(name):
+            label = f"{name} [{units[name]}]"
         ax.plot(x, y, linewidth=1.0, label=label, gid=f"curve {name}", **look)
     if log:
         ax.set_yscale("log")
     if ylabel is None:
-        kinds = {units.get(n, "") for n in names}
         unit = kinds.pop() if len(kinds) == 1 else ""
         ylabel = (names[0] if len(names) == 1 else "") + (f" [{unit}]" if unit else "")
     along = f"{against} [{units[against]}]" if units.get(against) else against

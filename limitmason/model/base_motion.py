@@ -203,7 +203,7 @@ class BaseMotion(Displayed, Stage):
 
         Parameters
         ----------
-        times : since the stage began [s], shape (t,)
+        times : since the stage began [s], shape (t,), or one
         """
         a, h = self._components, self.sample_step
         start = np.zeros((1, a.shape[1]))
@@ -211,7 +211,7 @@ class BaseMotion(Displayed, Stage):
         v = np.concatenate([start, np.cumsum(0.5 * h * (a[1:] + a[:-1]), axis=0)])
         u = np.concatenate([start, np.cumsum(h * v[:-1] + h * h * (2.0 * a[:-1] + a[1:]) / 6.0, axis=0)])
         # sample before each time, the time since then, and that since the end of the record
-        times = np.asarray(times, dtype=float)
+        times = np.atleast_1d(np.asarray(times, dtype=float))
         k = np.clip((times / h).astype(int), 0, len(a) - 2)
         r = np.clip(times - k * h, 0.0, h)[:, None]
         late = np.maximum(times - (len(a) - 1) * h, 0.0)[:, None]

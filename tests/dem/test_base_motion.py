@@ -112,3 +112,9 @@ def test_a_table_that_may_turn_is_ground_too():
         contact_points=(2, 2), sample=20,
     )
     assert stopped["time"][-1] < 0.5 * turns["time"][-1]
+
+
+def test_a_displacement_is_asked_of_one_time_as_well():
+    """A constant acceleration of 2 m/s2 has moved the ground by t^2 at t."""
+    record = dem.BaseMotion([2.0] * 11, 0.1, after="coast")
+    assert record.displacement(0.5) == pytest.approx(np.array([[0.25]]), rel=1e-12)

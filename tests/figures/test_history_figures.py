@@ -112,6 +112,15 @@ def test_history_curves_draw_every_quantity_and_leave_non_positive_values_out_of
     assert np.isnan(artist(figure, "curve f").get_ydata()).tolist() == [True, False, False]
 
 
+def test_units_of_a_history_stand_on_its_diagrams_without_being_given(pushed):
+    """They are those of its table: joules on the axis, metres and radians, which differ, beside their names."""
+    axes = figures.history_curves(pushed, ["kinetic", "elastic"], against="time").axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("time [s]", "[J]")
+    axes = figures.history_curves(pushed, ["tilt", "largest slip", "multiplier"]).axes[0]
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("step", "")
+    assert [line.get_label() for line in axes.get_lines()] == ["tilt [rad]", "largest slip [m]", "multiplier"]
+
+
 # ---- deformed shapes ------------------------------------------------------------------------------------------------
 
 
