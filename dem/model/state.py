@@ -26,6 +26,7 @@ from dem.model.tie_arrays import NO_TIES, pulls, stored_energy
 from limitmason.answers.results import Resultants
 from limitmason.arrays import Array, Flags, Index
 from limitmason.errors import InputError, NotConverged
+from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
 from limitmason.mechanics.resultants import resultants_from_points
 from limitmason.model import Assembly, Loads
 from limitmason.model.fingerprint import Fingerprint
@@ -40,6 +41,9 @@ REST, WEIGHT, LIVE, WEIGHT_X, WEIGHT_Y = range(5)
 QUASI_STATIC, DYNAMIC = "quasi-static", "dynamic"
 _PLAIN = ("interface", "total", "laws", "contact", "dead", "live", "dead_arms", "live_arms", "factors", "ground",
           "setback", "ends", "outside")
+
+
+_TURNED = 1e-6  # rotation, against that of the quaternion, that is no rounding [-]; chosen
 
 
 class UnsettledError(NotConverged):
@@ -233,6 +237,21 @@ class State:
     def load(cls, path: str | Path) -> State:
         """Read a state written by :meth:`save`."""
         return cls.from_arrays(read_archive(path), path)
+
+    def check_turns(self, assembly: Assembly) -> None:
+        """Refuse blocks of an assembly whose rotation is not that of their quaternion.
+
+        The kernel reads both: a state of which one was changed by hand would begin to move as if it stood elsewhere.
+        """
+        wanted = rotation_matrices(rotation_vectors(self.bodies.quat)) - np.eye(3)
+        off = np.abs(wanted - self.bodies.rot).max(axis=(1, 2))
+        off = np.maximum(off, np.abs(np.linalg.norm(self.bodies.quat, axis=1) - 1.0))
+        if not (off < _TURNED).all():
+            name = assembly.blocks[int(np.flatnonzero(~(off < _TURNED))[0])].name
+            raise InputError(
+                f"block {name!r} of the state to start from is turned two ways: bodies.rot must be R - I of the unit "
+                "quaternion bodies.quat, set both"
+            )
 
     def energy_of_motion(self) -> float:
         """Kinetic energy of the freedoms that are not held, as they move now [J]."""

@@ -182,6 +182,8 @@ def prepared(
         if mode != state.mode:
             raise InputError(f"the state to start from is {state.mode}, not {mode}")
         check_continues(assembly, state, loads, law)
+        if isinstance(start, State):
+            state.check_turns(assembly)
     if factors is not None:
         now = numbers("factors", factors)
         if now.shape != state.factors.shape:

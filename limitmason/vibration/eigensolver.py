@@ -116,6 +116,11 @@ def _inverse(system: VibratingSystem, largest: float) -> tuple[Callable[[Array],
     ----------
     system : stiffness K and mass M of the free unknowns
     largest : estimate of the largest eigenvalue [1/s2]
+
+    Raises
+    ------
+    NotApplicable
+        Without any stiffness.
     """
     k, m = system.stiffness, system.mass
     try:
@@ -132,6 +137,8 @@ def _inverse(system: VibratingSystem, largest: float) -> tuple[Callable[[Array],
         pass
     # below zero K - shift M is positive definite
     shift = -_BELOW * float(k.diagonal().sum() / m.diagonal().sum())
+    if not shift < 0.0:
+        raise NotApplicable(f"{system.label} have no modes: no closed joint holds any of them, and nothing vibrates")
     return _corrected((k - shift * m).tocsc()), shift
 
 

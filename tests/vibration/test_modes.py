@@ -365,3 +365,13 @@ def test_step_1_of_ds_exceeds_3dec_as_the_source_says():
     over = [f / float(test.published[f"3DEC frequency {k}"]) - 1 for k, f in enumerate(found, start=1)]
     assert over[:2] == pytest.approx([0.2, 0.2], abs=0.05)
     assert 0.0 < over[2] < 0.06
+
+
+def test_blocks_that_all_came_apart_have_no_modes():
+    """The factors of a stiffness of zero ended in a RuntimeError."""
+    column = stack(courses=8)
+    state = dem.initial_state(column, lm.Loads.weight(column), mode="dynamic")
+    state.bodies.shift[1:, 2] = 0.01 * np.arange(1, 9)  # each stone flies above the one below it
+    flying = dem.simulate(column, dem.Hold(steps=1), start=state, detect_every=None)
+    with pytest.raises(NotApplicable, match="no closed joint holds any of them"):
+        lm.modes(flying)
