@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from limitmason.answers.method import hyphened
-from limitmason.answers.results import Bound, BoundKind, Prediction, Status
+from limitmason.answers.results import ContactModel, FlowRule, Prediction, Status
 from limitmason.checks import choice, not_negative, positive, switch
 from limitmason.display.progress import watched
 from limitmason.errors import InputError
@@ -25,6 +25,9 @@ from limitmason.model.model_call import of_model
 from limitmason.storage.interrupts import handed_on
 
 FLOW_RULES = ("associative", "non-associative")
+
+LARGE_SPACING = 1.99
+"""Largest spacing of contact points that is not taken for a number of points [m]: 2 and more may be."""
 
 
 @of_model
@@ -118,7 +121,7 @@ def limit_analysis(
         problem = make_problem(part, loads, **model)
         if flow_rule == "associative":
             return _associative(problem, model, settings)
-        return _nonassociative(problem, settings, options)
+        return _nonassociative(problem, model, settings, options)
 
     parts = independent_parts(assembly)
     # loads of another number of blocks are refused where the problem is made
@@ -142,20 +145,17 @@ def _associative(problem: Problem, model: dict[str, Any], settings: dict[str, An
     settings : options of :func:`limitmason.limit.associative.analyse`
     """
     prediction, _ = analyse(problem, **settings)
-    if problem.crushing_points.any() and np.isfinite(prediction.collapse_multiplier):
-        coarse = {**model, "contact_model": "grid", "grid": _half_as_fine(problem.assembly, model["grid"])}
-        coarser, _ = analyse(
-            make_problem(problem.assembly, problem.loads, **coarse), **{**settings, "check_dead_load": False}
-        )
-        return _with_grid_error(prediction, coarser)
-    return prediction
+    return _with_grid_error(problem, prediction, model, settings)
 
 
-def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[str, Any]) -> Prediction:
+def _nonassociative(
+    problem: Problem, model: dict[str, Any], settings: dict[str, Any], options: dict[str, Any]
+) -> Prediction:
     """Non-associative prediction, solved only when its certificate accepts it.
 
     Parameters
     ----------
+    model : options of :func:`make_problem`
     settings : tolerance, check_dead_load and verbose, for :func:`analyse` and the search
     options : further ones of the search alone
     """
@@ -164,6 +164,8 @@ def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[st
     if problem.cells:
         _, problem = analyse(problem, **settings)  # cohesive faces need cells as fine as their torsion asks for
     prediction = solve_nonassociative(problem, **settings, **options)
+    if prediction.flow_rule == FlowRule.ASSOCIATIVE:  # psi = phi: the two laws are one
+        return _with_grid_error(problem, prediction, model, settings)
     c = prediction.certificate
     if prediction.status != Status.SOLVED or c is None or c.accepted:
         return prediction
@@ -171,28 +173,50 @@ def _nonassociative(problem: Problem, settings: dict[str, Any], options: dict[st
     return replace(prediction, status=Status.ALMOST_SOLVED, warnings=warnings)
 
 
-def _half_as_fine(assembly: Assembly, grid: Grid | Mapping[str, Grid]) -> dict[str, Grid]:
-    """Grid by kind of joint with half as many points either way, two at least."""
+def _half_as_fine(
+    assembly: Assembly, grid: Grid | float | Mapping[str, Grid]
+) -> dict[str, Grid] | float:
+    """Grid by kind of joint with half as many points either way, two at least; of a spacing [m] twice as much."""
+    if isinstance(grid, int | float):
+        longest = max(float(np.ptp(i.polygon, axis=0).max()) for i in assembly.interfaces)
+        # beyond the longest joint it is two points on a side, whatever it is; so large a number looks like a count
+        return 2.0 * grid if 2.0 * grid <= longest else min(2.0 * grid, max(grid, LARGE_SPACING))
     kinds = {i.kind for i in assembly.interfaces}
     table = grid if isinstance(grid, Mapping) else dict.fromkeys(kinds, grid)
     return {kind: (max(2, (n + 1) // 2), max(2, (m + 1) // 2)) for kind, (n, m) in table.items()}
 
 
-def _with_grid_error(prediction: Prediction, coarser: Prediction) -> Prediction:
-    """Prediction with a warning of what half the points give, the ``coarser`` one.
+def _with_grid_error(
+    problem: Problem, prediction: Prediction, model: dict[str, Any], settings: dict[str, Any]
+) -> Prediction:
+    """Associative prediction with a warning of what half the points give, where joints crush at points.
 
     The error of crushing points falls faster than in proportion to their number: the change is more than what is left.
+
+    Parameters
+    ----------
+    problem : that was solved
+    prediction : its answer
+    model : options of :func:`make_problem`
+    settings : options of :func:`limitmason.limit.associative.analyse`
     """
-    value, other = prediction.collapse_multiplier, coarser.collapse_multiplier
+    value = prediction.collapse_multiplier
+    if not problem.crushing_points.any() or not np.isfinite(value):
+        return prediction
+    coarse = {**model, "grid": _half_as_fine(problem.assembly, model["grid"])}
+    coarser, _ = analyse(
+        make_problem(problem.assembly, problem.loads, **coarse), **{**settings, "check_dead_load": False}
+    )
+    other = coarser.collapse_multiplier
     change = (other - value) / abs(value) if value else np.nan
+    where = "on a grid, which errs on the high side"
+    if problem.contact_model == ContactModel.LOBATTO:
+        where = "at Lobatto points, which err to either side"
     warning = (
-        f"crushing is checked point by point on a grid, which errs on the high side: half as many points give "
+        f"crushing is checked point by point {where}: half as many points give "
         f"{other:.6g} ({change:+.2%}), an indication of the error, not a bound; refine the grid until it stays"
     )
-    words = "estimate: associative law (psi = phi) at the points of a grid, which overstate faces that crush"
     return replace(
-        prediction,
-        bound=Bound(BoundKind.ESTIMATE, words) if prediction.bound.kind is BoundKind.EXACT else prediction.bound,
-        warnings=(*prediction.warnings, warning),
+        prediction, warnings=(*prediction.warnings, warning),
         details={**prediction.details, "coarser_grid_multiplier": other, "grid_error_estimate": change},
     )

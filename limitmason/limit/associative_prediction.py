@@ -7,7 +7,7 @@ import numpy as np
 from limitmason.answers.acceptance import GAP, Certificate
 from limitmason.answers.results import Bound, BoundKind, FlowRule, Mechanism, Prediction, Status
 from limitmason.arrays import Array
-from limitmason.limit.associative_warnings import REASON, warnings_of
+from limitmason.limit.associative_warnings import REASON, crushed_points, warnings_of
 from limitmason.limit.program.clarabel_solver import Solution, in_balance, opening_motion
 from limitmason.limit.program.face_cells import spread_cohesion
 from limitmason.limit.program.idle_joints import without_rounding
@@ -101,6 +101,8 @@ def prediction_from(
     if problem.contact_model == "grid" and problem.plane is None and (spread_cohesion(assembly) > 0).any():
         words = f"estimate: {law} at the points of a grid, which overstate the torsion of cohesive faces"
         bound = Bound(BoundKind.ESTIMATE, words)
+    if bound.kind is BoundKind.EXACT and problem.crushing_points.any():
+        bound = Bound(BoundKind.ESTIMATE, f"estimate: {law} at {crushed_points(problem)}")
     method = "limit analysis, associative" + (", torsion limit" if torsion else "")
     if solution.status in (Status.CANNOT_STAND, Status.UNBOUNDED, Status.NOT_CONVERGED):
         none = Prediction(

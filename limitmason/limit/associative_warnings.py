@@ -1,6 +1,6 @@
 """What an associative prediction says beside its number: reasons and warnings."""
 
-from limitmason.answers.results import Prediction, Status
+from limitmason.answers.results import ContactModel, Prediction, Status
 from limitmason.limit.program.face_cells import spread_cohesion
 from limitmason.limit.program.static_theorem import Problem
 from limitmason.limit.torsion import JUMPING, LAST
@@ -57,6 +57,13 @@ def warnings_of(problem: Problem, prediction: Prediction, confinement: float, to
     if not torsion and not problem.stress_block.count and twisted_faces(problem, prediction):
         out.append(f"{TWISTED}: torsion_limit=True gives an estimate with it limited")
     return out
+
+
+def crushed_points(problem: Problem) -> str:
+    """Where joints of a problem crush point by point, and on which side that errs, in words."""
+    if problem.contact_model == ContactModel.LOBATTO:
+        return "Lobatto points, which err to either side of faces that crush"
+    return "the points of a grid, which overstate faces that crush"
 
 
 def self_stress(confinement: float) -> list[str]:

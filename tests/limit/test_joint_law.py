@@ -205,3 +205,48 @@ def test_partial_support_guides_a_block():
     prediction = lm.limit_analysis(held, lm.Loads(lm.Loads.weight(held).dead, live))
     # turning about the held centroid presses one edge into the slab: the support answers without limit
     assert prediction.status == "unbounded"
+
+
+def crushing_pier(psi=35.0):
+    """A pier whose toe crushes, pushed by its own weight, and its exact multiplier by a stress block."""
+    pier = block(1.0, 1.0, 2.0, lm.Joint(35.0, psi, compressive_strength=2e5), density=2000.0)
+    weight = pier.weights[1]
+    return pier, lm.Loads.horizontal(pier), (1.0 - weight / 2e5) / 2.0
+
+
+@pytest.mark.parametrize("contact_model", ["grid", "lobatto"])
+def test_crushing_at_points_is_never_called_exact(contact_model):
+    """Neither by the other flow rule where psi = phi, nor as a bracket: points err, as the stress block shows."""
+    pier, loads, exact = crushing_pier()
+    assert lm.limit_analysis(pier, loads).collapse_multiplier == pytest.approx(exact, rel=1e-6)
+    found = [lm.limit_analysis(pier, loads, rule, contact_model=contact_model) for rule in lm.limit.analysis.FLOW_RULES]
+    assert abs(found[0].collapse_multiplier / exact - 1.0) > 5e-3
+    for p in found:
+        assert p.bound.kind is BoundKind.ESTIMATE
+        assert any("half as many points" in w for w in p.warnings)
+    # Lobatto points crowd at the toe and lie below: "on the high side" is not said of them
+    assert (found[0].collapse_multiplier < exact) == (contact_model == "lobatto")
+    assert ("high side" in found[0].warnings[-1]) == (contact_model == "grid")
+    bracket = lm.limit_bracket(pier, loads, contact_model=contact_model)
+    assert bracket.lower.bound.kind is BoundKind.ESTIMATE
+    assert (bracket.upper.bound.kind is BoundKind.UPPER) == (contact_model == "grid")
+
+
+def test_a_reaction_of_joints_that_crush_at_points_is_an_estimate_along_any_motion():
+    joint = lm.Joint(35.0, 35.0, compressive_strength=2e5)
+    lintel = lm.Assembly.from_polyhedra(
+        [box((0, 0, -1), (1, 1, 0)), box((2, 0, -1), (3, 1, 0)), box((0, 0, 0), (3, 1, 0.5))], joint=joint, fixed=[0, 1]
+    )
+    for motion in ("-z", lm.SupportMotion((0.1, 0.0, -1.0))):
+        found = lm.settlement_analysis(lintel, 1, direction=motion, contact_model="grid")
+        assert found.bound.kind is BoundKind.ESTIMATE
+
+
+def test_points_may_be_given_by_their_spacing_where_joints_crush():
+    pier, loads, _ = crushing_pier()
+    spaced = lm.limit_analysis(pier, loads, contact_model="grid", grid=0.25)
+    counted = lm.limit_analysis(pier, loads, contact_model="grid", grid=(5, 5))
+    assert spaced.collapse_multiplier == counted.collapse_multiplier
+    assert spaced.details["coarser_grid_multiplier"] == counted.details["coarser_grid_multiplier"]
+    # half of two points is two points
+    assert lm.limit_analysis(pier, loads, contact_model="grid", grid=1.5).details["grid_error_estimate"] == 0.0

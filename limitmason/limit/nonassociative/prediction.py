@@ -12,7 +12,7 @@ import numpy as np
 
 from limitmason.answers.acceptance import Certificate
 from limitmason.answers.results import Bound, BoundKind, FlowRule, Prediction, Range, Status
-from limitmason.limit.associative_warnings import TWISTED, self_stress, twisted_faces
+from limitmason.limit.associative_warnings import TWISTED, crushed_points, self_stress, twisted_faces
 from limitmason.limit.nonassociative.joint_law import ForceState, JointLaw, true_forces
 from limitmason.limit.nonassociative.ordered_search import FORCE_BOUND
 from limitmason.limit.nonassociative.search import Effort, SearchOutcome
@@ -158,6 +158,8 @@ def prediction_of(
     resultants = problem.resultants(problem.forces(true_forces(law, state)))
     mechanism = problem.mechanism(problem.loads, state.velocity)
     kind, words = _kind_of_bound(details, search)
+    if kind is BoundKind.EXACT and problem.crushing_points.any():
+        kind, words = BoundKind.ESTIMATE, f"estimate: it meets the lower bound at {crushed_points(problem)}"
     value = state.multiplier * problem.live_scale
     if ended_without_state(status, details):
         words = "estimate: multiplier of the nearest state when the search was ended, not admissible"

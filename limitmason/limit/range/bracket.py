@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from limitmason.answers.results import Bound, BoundKind, Prediction
+from limitmason.answers.results import Bound, BoundKind, ContactModel, Prediction
 from limitmason.limit.associative import solve_associative
+from limitmason.limit.associative_warnings import crushed_points
 from limitmason.limit.papers import papers_behind
 from limitmason.limit.program.static_theorem import make_problem
 from limitmason.mechanics.contact_points import Grid, chosen_grid
@@ -77,11 +78,15 @@ def limit_bracket(
         upper = replace(upper, collapse_multiplier=c.kinematic_multiplier)
     lower = solve_associative(make_problem(assembly.with_joints(inside), loads, **options))
     of_all = "bound for every flow rule between psi and phi (Radenkovic)"
+    below, above = Bound(BoundKind.LOWER, f"lower {of_all}"), Bound(BoundKind.UPPER, f"upper {of_all}")
+    if problem.crushing_points.any():
+        # points bear more than the faces that they stand for, or less: no certain bound of these
+        where = crushed_points(problem)
+        below = Bound(BoundKind.ESTIMATE, f"estimate: lower {of_all} at {where}")
+        if problem.contact_model == ContactModel.LOBATTO:
+            above = Bound(BoundKind.ESTIMATE, f"estimate: upper {of_all} at {where}")
     upper, lower = (replace(p, references=papers_behind(p)) for p in (upper, lower))
-    return Bracket(
-        replace(lower, bound=Bound(BoundKind.LOWER, f"lower {of_all}")),
-        replace(upper, bound=Bound(BoundKind.UPPER, f"upper {of_all}")),
-    )
+    return Bracket(replace(lower, bound=below), replace(upper, bound=above))
 
 
 def inside(joint: Joint) -> Joint:
