@@ -103,7 +103,8 @@ def governed(
         forces.append(own)
     if first.status == Status.UNBOUNDED:
         return _of_part(first, lead, rows)
-    return _whole(assembly, loads, first, lead, rows, forces)
+    bound = _bound_of_all(first, [(rows[k]["blocks"][0], p) for k, p in found.items() if k != lead])
+    return _whole(assembly, loads, replace(first, bound=bound), lead, rows, forces)
 
 
 def _said_of(found: Prediction | None, live: bool) -> dict[str, Any]:
@@ -155,6 +156,29 @@ def _failed(first: Prediction, part: int, rows: tuple, falling: Prediction | Non
         details={**details, "parts": rows, "governing_part": part}, flow_rule=first.flow_rule,
         contact_model=first.contact_model, plane=first.plane, stress_block=first.stress_block,
     )
+
+
+def _bound_of_all(first: Prediction, others: list[tuple[str, Prediction]]) -> Bound:
+    """What the multiplier of the governing part is of the whole: exact only where no other part may lie below it.
+
+    Parameters
+    ----------
+    first : answer of the governing part
+    others : name of a block and answer of every other part with live load
+    """
+    if first.bound.kind is not BoundKind.EXACT:
+        return first.bound
+    for name, other in others:
+        # an estimate is no proof; of a search there may be one that nothing lies below some multiplier
+        proof = other.details.get("proof") or {}
+        low = np.fmax(proof.get("bound", np.nan), other.details.get("radenkovic", (np.nan,))[0])
+        if other.bound.kind is BoundKind.ESTIMATE and not low >= first.collapse_multiplier:
+            words = (
+                f"estimate: smallest of all parts, of which the one with block {name!r} has an estimate itself; of the "
+                f"governing part {first.bound}"
+            )
+            return Bound(BoundKind.ESTIMATE, words)
+    return first.bound
 
 
 def _carrying(

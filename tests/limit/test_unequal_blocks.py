@@ -5,6 +5,7 @@ import pytest
 from giants import FRICTION, beside_giant, on_giant
 
 import limitmason as lm
+from limitmason.answers.results import BoundKind
 from limitmason.geometry import box
 from limitmason.limit import associative, settlement_analysis
 from limitmason.limit.parts import independent_parts
@@ -150,3 +151,17 @@ def test_the_other_scaling_is_another_one_of_the_same_dead_load_beside_free_load
     assert np.abs(first.loads.dead - loads.dead).max() > 1e-3 * abs(loads.dead[-1, 2])
     np.testing.assert_allclose(other.loads.dead, first.loads.dead, rtol=1e-9, atol=1e-9)
     assert not np.allclose(other.row_unit, first.row_unit)
+
+
+def test_the_smallest_of_parts_is_proven_only_where_no_other_may_lie_below_it():
+    """A block has 0.5, proven; of a stack of twelve beside it the quick search says that 2/3 need not be the least."""
+    stack = [box((3, 0, 0.125 * k), (4, 1, 0.125 * (k + 1))) for k in range(12)]
+    both = lm.Assembly.from_polyhedra(
+        [box((0, 0, -1), (5, 1, 0)), box((0, 0, 0), (1, 1, 2)), *stack], joint=lm.Joint(38.0), fixed=[0]
+    )
+    found = lm.limit_analysis(both, lm.Loads.horizontal(both), "non-associative", search="quick")
+    assert found.collapse_multiplier == pytest.approx(0.5)
+    assert found.details["proof"]["proven"]
+    assert found.bound.kind is BoundKind.ESTIMATE
+    alone = both.with_supports([lm.Support.fixed(k) for k in range(2, 14)])
+    assert lm.limit_analysis(alone, lm.Loads.horizontal(alone), "non-associative").bound.kind is BoundKind.EXACT
