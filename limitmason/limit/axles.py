@@ -127,13 +127,14 @@ def axle_envelope(
     found: list[Prediction | None] = []
     try:
         for place in places:
-            live = sum(
+            on = [
                 axle_forces(
                     assembly, place - behind, force, level=level, spread_deg=spread_deg, contact=contact, strips=strips
-                ).wrench
+                )
                 for behind, force in train
-            )
-            case = replace(loads, live=np.asarray(live), name=f"axles with the first at x = {place:.4g} m")
+            ]
+            live, arms = sum(a.wrench for a in on), sum(a.arms for a in on)
+            case = replace(loads, live=live, live_arms=arms, name=f"axles with the first at x = {place:.4g} m")
             # axles that load no block, beside the bridge, have no multiplier
             answer = whole_limit_analysis(assembly, case, **options) if np.any(live) else None
             if answer is not None and np.isnan(answer.collapse_multiplier):
@@ -147,7 +148,8 @@ def axle_envelope(
     values[: len(found)] = [np.inf if p is None else p.collapse_multiplier for p in found]
     if not np.isfinite(values).any():
         raise InputError("axles: at no position do they load the structure to a limit")
-    k = int(np.argmax(values <= np.nanmin(values) * (1.0 + SAME)))  # the first of the smallest
+    least = np.nanmin(values)
+    k = int(np.argmax(values <= least + SAME * abs(least)))  # the first of the smallest
     worst = found[k]
     assert worst is not None
     status = Status.SOLVED if len(found) == len(places) else Status.INTERRUPTED

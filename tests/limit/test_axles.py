@@ -249,3 +249,28 @@ def test_a_train_may_be_placed_by_any_of_its_axles(monkeypatch):
     other = lm.axle_envelope(arch, lm.Loads.weight(arch), [(x - 1.5, p) for x, p in train], level=LEVEL)
     assert other.positions == pytest.approx(found.positions - 1.5)
     assert other.multipliers == pytest.approx(found.multipliers, rel=1e-6)
+
+
+def test_the_smallest_multiplier_governs_where_all_are_below_zero():
+    """A beam that leans over its support falls: axles would have to pull it up, the nearer the harder."""
+    beam = lm.Assembly.from_polyhedra(
+        [box((0, 0, -1), (1, 1, 0)), box((0, 0, 0), (4, 1, 0.5))], joint=lm.Joint(30.0), fixed=[0]
+    )
+    loads = lm.Loads.weight(beam)
+    found = lm.axle_envelope(
+        beam, loads, [(0.0, 1e4)], level=0.5, positions=[3.5, 2.5], contact=0.2, spread_deg=0.0, check_dead_load=False
+    )
+    weight = beam.weights[1]
+    assert found.multipliers == pytest.approx([-weight / 2.5e4, -weight / 1.5e4], rel=1e-6)
+    assert found.governing == 2.5
+    assert found.prediction.collapse_multiplier == pytest.approx(-weight / 1.5e4, rel=1e-6)
+
+
+def test_the_loads_of_an_envelope_are_those_of_its_axle():
+    arch = bridge(7, thickness=0.15)
+    loads = lm.Loads.weight(arch)
+    found = lm.axle_envelope(arch, loads, [(0.0, 1e4)], level=LEVEL, positions=[0.4])
+    alone = loads.with_axle(arch, 0.4, 1e4, level=LEVEL)
+    # points turn with their blocks on a path: without arms a moment would stay as it is
+    for name in ("live", "live_arms"):
+        assert getattr(found.prediction.loads, name) == pytest.approx(getattr(alone, name), abs=1e-9)
