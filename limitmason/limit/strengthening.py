@@ -65,7 +65,7 @@ class Strengthening:
     @property
     def left(self) -> float:
         """What the candidates left out could still add together, at most [-]."""
-        return self.bound - self.after
+        return _added(self.after, self.bound)
 
     def __str__(self) -> str:
         """A line per tie and the bound."""
@@ -184,12 +184,17 @@ def strengthen(
     steps = []
     for k, name in enumerate(chosen):
         before_it, with_it = (values(chosen[:n])[0] for n in (k, k + 1))
-        steps.append(AddedTie(name, with_it, with_it - before_it if math.isfinite(before_it) else math.inf))
+        steps.append(AddedTie(name, with_it, _added(before_it, with_it)))
     return Strengthening(
         before=before, steps=tuple(steps), alone=alone, bound=bound,
         structure=assembly.with_ties([*assembly.ties, *(ties[n] for n in chosen)]), prediction=solved(chosen)[0][1],
         target=target, fewest=fewest,
     )
+
+
+def _added(before: float, after: float) -> float:
+    """What a multiplier has grown by [-]: nothing where both are infinite alike, which have no difference."""
+    return 0.0 if after == before else after - before
 
 
 def _one_by_one(

@@ -110,3 +110,11 @@ def test_candidates_that_make_no_choice_are_refused():
         lm.strengthen(model, loads, [ties[0], ties[0]])
     with pytest.raises(InputError, match="most must be a whole number"):
         lm.strengthen(model, loads, ties, most=0)
+
+
+def test_ties_add_nothing_to_what_has_no_end():
+    model, ties = pier()
+    found = lm.strengthen(model, lm.Loads.body_force(model, (0, 0, -1)), ties[:1])
+    assert found.before == found.bound == float("inf")
+    assert found.left == 0.0
+    assert "0 more at most" in str(found)
