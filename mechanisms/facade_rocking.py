@@ -232,7 +232,7 @@ def rocking_terms(
     load_s, x0 = f.side_overload * crack, f.crack_offset
     # moments of wedge and its overload about the hinge: to stabilise, and per lambda to overturn
     side_n = np.array([0.0, (wedge + load_s) * x0, wedge * crack / 3.0 + 0.5 * load_s * crack])
-    side_d = np.array([0.0, wedge * (base + 2.0 * crack / 3.0) + load_s * top, 0.0])
+    side_d = np.array([0.0, wedge * (base + 2.0 * crack / 3.0) + load_s * f.side_overload_inertia * top, 0.0])
     # omega, the share of friction that counts, as a polynomial in s too
     share = np.array([1.0, -1.0 / f.steepest_crack, 0.0]) if reduction is None else np.array([reduction, 0.0, 0.0])
     side_n += share * sums.moment

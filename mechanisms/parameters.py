@@ -41,8 +41,9 @@ class Facade:
     overload, side_overload : line loads q on the facade and q_s on the side walls [N/m]
     overload_length : L_Q over which q acts [m]; the facade's length where omitted
     overload_offset : X_Q of the overload from the toe line [m]; t/2 where omitted
-    overload_inertia : horizontal force per multiplier and per vertical force of the overload; 1 for masses, 0 for
-        loads that hang on no mass
+    overload_inertia : horizontal force per multiplier and per vertical force of the facade's overload; 1 for masses, 0
+        for loads that hang on no mass [-]
+    side_overload_inertia : the same of the side walls' overload [-]
     overload_rise : height of the overload's line of action above the top of the wall [m]
     crack_offset : x_0 at which cracks in the side walls start [m]; the facade's thickness where omitted
     steepest_crack : tan(alpha_b), largest inclination of a stepped crack [-]; v / h where omitted
@@ -73,6 +74,7 @@ class Facade:
     overload_length: float = None  # type: ignore[assignment]  # None takes its default below
     overload_offset: float = None  # type: ignore[assignment]  # None takes its default below
     overload_inertia: float = 1.0
+    side_overload_inertia: float = 1.0
     overload_rise: float = 0.0
     crack_offset: float = None  # type: ignore[assignment]  # None takes its default below
     steepest_crack: float = None  # type: ignore[assignment]  # None takes its default below
@@ -328,7 +330,7 @@ def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
 
 
 def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond: float) -> dict[str, float]:
-    """Line loads on facade and side walls, with the offset, inertia and rise of the facade's, as fields of a Facade.
+    """Line loads on facade and side walls with their inertia, offset and rise of the facade's, as fields of a Facade.
 
     Parameters
     ----------
@@ -343,7 +345,7 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
     top = height * (1.0 - _EPS)
     vertical = {"facade": 0.0, "side": 0.0}
     moment = {"offset": 0.0, "rise": 0.0}  # of the facade's loads about its face y = 0, and about its top
-    push_on_facade = 0.0
+    pushed = {"facade": 0.0, "side": 0.0}
     for k, block in enumerate(assembly.blocks):
         if assembly.fixed[k]:
             continue
@@ -362,11 +364,11 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
             )
         side = "facade" if block.name in ("beam",) or block.name.startswith("facade") else "side"
         vertical[side] += down
+        pushed[side] += push
         if side == "facade":
             centre = assembly.centroids[k]
             # a force down at y off the centroid turns about x: m_x = -dy * down
             moment["offset"] += down * centre[1] - loads.dead[k, 3]
-            push_on_facade += push
             # a push along y at dz above the centroid turns about x by m_x = -dz push, one along x about y by dz push
             own_moment = (-loads.live[k, 3] if axis == "y" else loads.live[k, 4]) * sense
             moment["rise"] += push * (centre[2] - height) + own_moment
@@ -376,9 +378,15 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
         out["overload"] = vertical["facade"] / found["length"]
         # the toe line is on the face towards which the wall falls
         out["overload_offset"] = max(found["thickness"] - y if axis == "y" and sense > 0 else y, 0.0)
-        out["overload_inertia"] = push_on_facade / vertical["facade"]
-        if push_on_facade > 0.0:
-            out["overload_rise"] = max(moment["rise"] / push_on_facade, 0.0)
+        out["overload_inertia"] = _inertia(pushed["facade"], vertical["facade"])
+        if pushed["facade"] > 0.0:
+            out["overload_rise"] = max(moment["rise"] / pushed["facade"], 0.0)
     if vertical["side"] > 0.0:
         out["side_overload"] = vertical["side"] / beyond
+        out["side_overload_inertia"] = _inertia(pushed["side"], vertical["side"])
     return out
+
+
+def _inertia(push: float, down: float) -> float:
+    """Horizontal over vertical force of an overload [-], none where it is rounding; both [N]."""
+    return push / down if abs(push) > ROUNDING * down else 0.0

@@ -60,7 +60,8 @@ def best_steps(facade: Facade, hinge: int, *, reduction: float = 1.0, keep_all: 
     # (resisting, driving) of the overload on a wedge of k steps
     width = advance * np.arange(most + 1)
     roof = np.column_stack([
-        f.side_overload * width * (f.crack_offset + 0.5 * width), f.side_overload * width * top,
+        f.side_overload * width * (f.crack_offset + 0.5 * width),
+        f.side_overload * f.side_overload_inertia * width * top,
     ])
 
     # begun at mechanism A, no step at all; the multiplier falls, or a choice comes again, which ends it

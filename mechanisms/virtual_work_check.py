@@ -132,7 +132,7 @@ def rocking_power(
         friction += sides * share * facade.friction * carried * z0
     on_wedge = facade.side_overload * width
     overload_lift += sides * on_wedge * (facade.crack_offset + 0.5 * width)
-    travel += sides * on_wedge * top
+    travel += sides * on_wedge * facade.side_overload_inertia * top
     return PowerBalance(*(float(p) for p in (lift, overload_lift, friction, travel)))
 
 

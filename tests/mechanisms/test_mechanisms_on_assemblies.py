@@ -62,6 +62,7 @@ def test_beams_and_loads_on_them_become_overloads():
     assert facade.side_overload == pytest.approx(beam + 2000.0 / 1.4)
     assert facade.overload_offset == pytest.approx(0.1)
     assert facade.overload_inertia == pytest.approx(beam / (beam + 5000.0 / 2.4))
+    assert facade.side_overload_inertia == pytest.approx(beam / (beam + 2000.0 / 1.4))
     assert facade.overload_rise == pytest.approx(0.15)
 
 
@@ -424,3 +425,26 @@ def test_a_bottom_course_that_may_slide_now_is_no_ground_of_the_closed_forms():
         me.simple_rocking(loose, loads=outwards(loose))
     held = wall.with_supports([lm.Support.fixed(bottom[0])])
     assert held.recipe == wall.recipe
+
+
+def test_a_load_that_hangs_on_no_mass_pushes_no_side_wall():
+    """Of a floor on rollers only the weight is felt: the share of its push falls out of mechanism B."""
+    wall = built("U", return_thickness=0.25)
+    tops = [b.name for b in wall.blocks if b.name.startswith("return") and b.bounds[1, 2] > 1.19 and b.bounds[0, 1] > 0]
+    hung = outwards(wall)
+    for name in tops:
+        hung = hung.with_point_load(wall, name, (0, 0, -900.0), case="dead")
+    mass = hung
+    for name in tops:
+        mass = mass.with_point_load(wall, name, (0, -900.0, 0))
+    given = {"hinge_courses": 6, "crossed_courses": 6, "crack_tangent": 0.5}
+    by_mass, by_hanging = (me.compound_rocking(wall, loads=loads, **given) for loads in (mass, hung))
+    f = me.Facade.from_assembly(wall, hung)
+    assert f.side_overload_inertia == 0.0
+    # resisting power over the multiplier is the driving one, of which both side walls' load has 2 q_s b H
+    resisting = by_mass.collapse_multiplier * by_mass.details["power"]["travel"]
+    without = by_mass.details["power"]["travel"] - 2.0 * f.side_overload * 0.5 * 1.2 * 1.2
+    assert by_hanging.collapse_multiplier == pytest.approx(resisting / without, rel=1e-9)
+    assert by_hanging.details["power"]["multiplier"] == pytest.approx(by_hanging.collapse_multiplier, rel=1e-9)
+    steps = me.compound_rocking(wall, loads=hung, crack="stepped")
+    assert steps.details["power"]["multiplier"] == pytest.approx(steps.collapse_multiplier, rel=1e-9)
