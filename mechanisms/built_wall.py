@@ -11,8 +11,14 @@ from limitmason.checks import instance
 from limitmason.errors import NotApplicable
 from limitmason.model.assembly import Assembly
 
-_UNITS = ("facade", "return")
+_FACADE = ("facade", "column")
+"""How the names of a facade's units begin; a lateral column of a layout is part of it."""
+
+_UNITS = (*_FACADE, "return")
 """How the names of a built wall's units begin."""
+
+BEAMS = ("beam", "spreader")
+"""How the names of what loads a built wall from above begin."""
 
 _SAME_DENSITY = 1e-6
 """Relative difference of densities that are the same: rounding."""
@@ -31,7 +37,7 @@ def wall_recipe(assembly: Assembly) -> dict[str, Any]:
 
 def origin_of(assembly: Assembly) -> Array:
     """Where the origin of a built wall's recipe lies [m], shape (3,): not at 0 where the wall has been moved."""
-    corners = [b.bounds[0] for b in assembly.blocks if b.name.startswith("facade")]
+    corners = [b.bounds[0] for b in assembly.blocks if b.name.startswith(_FACADE)]
     low = np.min(corners, axis=0) if corners else np.zeros(3)
     return low if np.abs(low).max() > 10.0 * assembly.tolerance else np.zeros(3)
 
@@ -55,7 +61,7 @@ def check_free(assembly: Assembly) -> None:
     """
     level = foot_level(assembly) + 10.0 * assembly.tolerance
     for k, block in enumerate(assembly.blocks):
-        if assembly.held[k].any() and block.name.startswith((*_UNITS, "beam")) and block.bounds[1, 2] > level:
+        if assembly.held[k].any() and block.name.startswith((*_UNITS, *BEAMS)) and block.bounds[1, 2] > level:
             raise NotApplicable(f"block {block.name!r} is held above the foot: the closed forms take walls free there")
 
 

@@ -13,7 +13,7 @@ from limitmason.constants import GRAVITY
 from limitmason.errors import InputError, NotApplicable
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from mechanisms.built_wall import at_origin, check_free, foot_level, unit_density, wall_recipe
+from mechanisms.built_wall import BEAMS, at_origin, check_free, foot_level, unit_density, wall_recipe
 
 ROUNDING = 1e-9
 """Relative: lengths, tangents and loads of the closed forms that differ by less are equal."""
@@ -307,7 +307,7 @@ def load_direction(assembly: Assembly, loads: Loads) -> tuple[str, int]:
     NotApplicable
         For any other live load on the units: a closed form has nowhere to put it.
     """
-    units = [k for k, b in enumerate(assembly.blocks) if not assembly.fixed[k] and not b.name.startswith("beam")]
+    units = [k for k, b in enumerate(assembly.blocks) if not assembly.fixed[k] and not b.name.startswith(BEAMS)]
     weight = assembly.weights[units]
     if not weight.sum() > 0.0:
         raise NotApplicable("no unit with weight is free to move: the closed forms turn the weights of units")
@@ -350,7 +350,7 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
         if assembly.fixed[k]:
             continue
         # a beam is overload with its own weight, a unit only with what acts on it beside its weight
-        beam = block.name.startswith("beam")
+        beam = block.name.startswith(BEAMS)
         own = 0.0 if beam else assembly.weights[k]
         push = loads.live[k, "xyz".index(axis)] * sense - own
         down = -loads.dead[k, 2] - own
@@ -362,7 +362,7 @@ def _read_overloads(assembly: Assembly, loads: Loads | None, found: dict, beyond
             raise NotApplicable(
                 f"dead load on block {block.name!r} lies below the top course: it cannot be an overload"
             )
-        side = "facade" if block.name in ("beam",) or block.name.startswith("facade") else "side"
+        side = "side" if block.name.startswith(("return", "beam-")) else "facade"
         vertical[side] += down
         pushed[side] += push
         if side == "facade":

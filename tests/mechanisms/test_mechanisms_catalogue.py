@@ -146,3 +146,35 @@ def test_a_wall_that_is_held_at_its_top_is_no_free_wall():
     with pytest.raises(NotApplicable, match="block 'beam' is held above the foot"):
         me.catalogue(held, outwards(held))
     assert me.smallest(wall, outwards(wall)).bound == UPPER
+
+
+@pytest.mark.parametrize("force", [0.0, 5000.0])
+def test_a_spreader_loads_the_facade_as_a_beam_does(force):
+    wall = lm.build.wall(
+        length=1.6, height=1.2, unit=(0.4, 0.2, 0.2), joint=lm.Joint(35.0), spreader=(0.8, 0.3), beam_density=7000.0
+    )
+    loads = outwards(wall).with_precompression(wall, force, block="spreader")
+    weight, plate = wall.weights[1:-1].sum(), wall.weights[-1]
+    exact = 0.1 * (weight + plate + force) / (0.6 * weight + 1.35 * plate)
+    rocking = me.simple_rocking(wall, loads=loads)
+    assert rocking.collapse_multiplier == pytest.approx(exact, rel=1e-9)
+    assert rocking.collapse_multiplier == pytest.approx(rocking.details["kinematic_multiplier"], rel=1e-9)
+    assert associative(wall, loads) == pytest.approx(exact, rel=1e-7)
+
+
+@pytest.mark.parametrize("column", ["left", "right"])
+def test_a_lateral_column_is_part_of_its_wall(column):
+    """A column that has another name changes no number: the wall began behind it, and its units were no units."""
+    rows = ["0.5 1 1 1 1 1 1 0.5", "1 1 1 1 1 1 1"] * 3
+    plain, named = (
+        lm.build.layout(rows, unit=(0.4, 0.2, 0.2), joint=lm.Joint(20.0, 20.0), column=c) for c in (None, column)
+    )
+    for sense in (1.0, -1.0):
+        values = [
+            me.stepped_crack(w, loads=lm.Loads.horizontal(w, (sense, 0, 0))).collapse_multiplier for w in (plain, named)
+        ]
+        assert values[1] == pytest.approx(values[0], rel=1e-12)
+    loads = outwards(named).with_point_load(named, "column-6", (0, 0, -1000.0), case="dead")
+    assert me.Facade.from_assembly(named, loads).overload == pytest.approx(1000.0 / 2.8)
+    with pytest.raises(NotApplicable, match="'column-4' is held above the foot"):
+        me.simple_rocking(named.with_supports([lm.Support.fixed("column-4")]))
