@@ -240,7 +240,7 @@ def _directions(tilts: Sequence[str] | Mapping[str, ArrayLike]) -> Mapping[str, 
     if not isinstance(tilts, str | Sequence):
         raise InputError(f"tilts: give names or directions by name, got {tilts!r}; none with ()")
     names = (tilts,) if isinstance(tilts, str) else tuple(tilts)
-    if unknown := [n for n in names if n not in GROUND]:
+    if unknown := [n for n in names if not isinstance(n, str) or n not in GROUND]:
         raise InputError(f"tilts: {unknown[0]!r} is none of {', '.join(GROUND)}; give other directions by name")
     return {n: GROUND[n] for n in names}
 

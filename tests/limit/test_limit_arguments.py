@@ -93,3 +93,14 @@ def test_what_is_no_number_is_refused_by_name(call, message):
     wall = lm.build.column(width=0.3, depth=0.3, unit_height=0.2, courses=2, joint=lm.Joint(30.0))
     with pytest.raises(InputError, match=message):
         call(wall, lm.Loads.horizontal(wall))
+
+
+def test_a_whole_number_may_be_a_float_and_a_direction_needs_a_name():
+    """A seed of 2.0 and a direction given as a list ended in a TypeError of another package."""
+    wall = lm.build.column(width=0.3, depth=0.3, unit_height=0.2, courses=2, joint=lm.Joint(30.0))
+    loads = lm.Loads.horizontal(wall)
+    found = [lm.limit_analysis(wall, loads, "non-associative", search="quick", seed=s) for s in (2, 2.0)]
+    assert found[0].collapse_multiplier == found[1].collapse_multiplier
+    assert lm.proven_range(wall, loads, which="smallest", seed=2.0).proven
+    with pytest.raises(InputError, match="give other directions by name"):
+        lm.stability(wall, tilts=[[1.0, 0.0, 0.0]])

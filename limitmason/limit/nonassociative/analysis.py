@@ -139,7 +139,7 @@ def solve_nonassociative(
     named = "standard" if isinstance(search, Effort) else choice("search", search, EFFORTS)
     effort = search if isinstance(search, Effort) else EFFORTS[named]
     positive("accuracy", accuracy)
-    count("seed", seed, least=0)
+    seed = count("seed", seed, least=0)
     listener("progress", progress, "a trial")
     for name, asked in (("prove", prove), ("measure_jump", measure_jump)):
         switch(name, False if asked is None else asked)

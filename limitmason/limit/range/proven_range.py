@@ -157,7 +157,7 @@ def proven_range(
     which = several("which", which, str)
     if not which or not set(which) <= set(ENDS):
         raise InputError(f"which must hold names of {ENDS}, got {which!r}")
-    count("seed", seed, least=0)
+    seed = count("seed", seed, least=0)
     if not finite("velocity_bound", velocity_bound) > 1:
         raise InputError(f"velocity_bound must exceed the mean live velocity, 1, got {velocity_bound}")
     choice("search", search, EFFORTS)
