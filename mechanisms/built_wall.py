@@ -57,11 +57,12 @@ def foot_level(assembly: Assembly) -> float:
 def check_free(assembly: Assembly) -> None:
     """Refuse a built wall with units or beams that are held above its foot, in any direction.
 
-    The closed forms are of walls that stand on their foot and are free above.
+    The closed forms are of walls that stand on their foot and are free above. A lateral column may be held: they do not
+    see it, and give the free wall.
     """
     level = foot_level(assembly) + 10.0 * assembly.tolerance
     for k, block in enumerate(assembly.blocks):
-        if assembly.held[k].any() and block.name.startswith((*_UNITS, *BEAMS)) and block.bounds[1, 2] > level:
+        if assembly.held[k].any() and block.name.startswith(("facade", "return", *BEAMS)) and block.bounds[1, 2] > level:
             raise NotApplicable(f"block {block.name!r} is held above the foot: the closed forms take walls free there")
 
 

@@ -176,5 +176,3 @@ def test_a_lateral_column_is_part_of_its_wall(column):
         assert values[1] == pytest.approx(values[0], rel=1e-12)
     loads = outwards(named).with_point_load(named, "column-6", (0, 0, -1000.0), case="dead")
     assert me.Facade.from_assembly(named, loads).overload == pytest.approx(1000.0 / 2.8)
-    with pytest.raises(NotApplicable, match="'column-4' is held above the foot"):
-        me.simple_rocking(named.with_supports([lm.Support.fixed("column-4")]))
