@@ -133,7 +133,7 @@ def axle_envelope(
                 )
                 for behind, force in train
             ]
-            live, arms = sum(a.wrench for a in on), sum(a.arms for a in on)
+            live, arms = (np.sum(parts, axis=0) for parts in ([a.wrench for a in on], [a.arms for a in on]))
             case = replace(loads, live=live, live_arms=arms, name=f"axles with the first at x = {place:.4g} m")
             # axles that load no block, beside the bridge, have no multiplier
             answer = whole_limit_analysis(assembly, case, **options) if np.any(live) else None
