@@ -109,8 +109,8 @@ def identify_modes(
     if y.ndim != 2 or not np.isfinite(y).all():
         raise InputError(f"signals must be finite, one column per channel, got shape {y.shape}")
     positive("step between samples", step, "s")
-    for name, value, least in (("count", count, 1), ("lines", lines, _FEWEST), ("order", order, 2), ("lags", lags, 2)):
-        whole(name, value, least)
+    count, lines = whole("count", count), whole("lines", lines, _FEWEST)
+    order, lags = whole("order", order, least=2), whole("lags", lags, least=2)
     if len(y) < max(_SEGMENTS * lines, _PER_LAG * lags):
         raise InputError(
             f"{len(y)} samples are too few: {_SEGMENTS} segments of {lines} and {_PER_LAG} x {lags} lags are needed"
@@ -123,7 +123,7 @@ def identify_modes(
         raise InputError(f"channel {int(np.argmin(y.std(axis=0)))} does not move")
     if band is not None and numbers("band", band).shape != (2,):
         raise InputError(f"band must be a lowest and a highest frequency [Hz], got {band!r}")
-    low, high = band or (0.0, _NYQUIST / step)
+    low, high = (0.0, _NYQUIST / step) if band is None else numbers("band", band).tolist()
     if not 0.0 <= low < high <= 0.5 / step:
         raise InputError(f"band must lie between 0 and {0.5 / step:g} Hz, got {band!r}")
     # one unit for all channels: their sizes against each other are the shape

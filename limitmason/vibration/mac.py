@@ -22,6 +22,7 @@ from limitmason.vibration.sensor_shapes import (
     Shapes,
     as_rows,
     check_sensors,
+    check_shapes,
     check_zeros,
     compared_points,
     per_component,
@@ -241,9 +242,7 @@ def mac(
     measured = [m.frequency if isinstance(m, ModalTest) else None for m in (a, b)]  # [Hz]
     a, b = (m.shape if isinstance(m, ModalTest) else m for m in (a, b))
     for name, m in (("a", a), ("b", b)):
-        if np.ndim(m) < 1 and not isinstance(m, Modes):  # type: ignore[arg-type]
-            got = "None" if m is None else type(m).__name__
-            raise InputError(f"{name} must be Modes (of lm.modes), a ModalTest or shapes in numbers, got {got}")
+        check_shapes(name, m)
     if masses is not None and not weighted:
         raise InputError("masses are used by the weighted criterion only: say weighted=True, or leave them out")
     if sensors is not None and points is not None:
@@ -275,7 +274,9 @@ def mac(
     w = np.ones(u.shape[1]) if weight is None else per_component(weight, u.shape[1])
     kept = ~(np.isnan(u).all(axis=0) | np.isnan(v).all(axis=0))  # components that one of the sets did not measure
     u, v, w = u[:, kept], v[:, kept], w[kept]
-    check_zeros(u, v, np.flatnonzero(kept), along is not None)
+    # without any place a table of (k, s) is one of sensors, whose columns are no axes of points
+    one_each = along is not None or (where is None and np.ndim(a) == np.ndim(b) == 2)  # type: ignore[arg-type]
+    check_zeros(u, v, np.flatnonzero(kept), one_each)
     unseen = tuple(unseen_modes(m, where, along) for m in (a, b))
     return _compared(((u.conj() * w) @ v.T, (u.conj() * w) @ u.T, (v.conj() * w) @ v.T), frequency, unseen)
 
@@ -342,10 +343,14 @@ def _frequencies(a: Shapes, b: Shapes, given: ArrayLike | None) -> list[Array]:
 
 
 def _one_model(a: Modes, b: Modes) -> bool:
-    """Whether two sets are of one model: their mass matrices are equal but for rounding."""
+    """Whether two sets are of one model: one mass matrix but for rounding, of unknowns that move the same."""
     x, y = a.system.mass, b.system.mass
-    one_size = a.shape.shape[1:] == b.shape.shape[1:] and x.shape == y.shape
-    return one_size and abs(x - y).max() <= _ONE_MASS * abs(x).max()
+    if a.shape.shape[1:] != b.shape.shape[1:] or x.shape != y.shape or abs(x - y).max() > _ONE_MASS * abs(x).max():
+        return False
+    # rows of equal blocks that stand on one or the other end have one mass matrix, of other blocks
+    number = np.arange(1.0, x.shape[0] + 1.0)
+    one, other = (m.system.spread(number) for m in (a, b))
+    return bool(np.abs(one - other).max() <= _ONE_MASS * np.abs(one).max())
 
 
 def _free_vectors(m: Modes) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import Any
 
@@ -64,9 +65,15 @@ class ModalTest(ReadOnly):
         if not isinstance(self.sensors, Sequence):
             raise InputError(f"sensors must be a list of (point, direction), got {self.sensors!r}")
         placed(self.sensors)
-        if np.iscomplexobj(self.shape) and np.any(np.imag(self.shape)):
+        # a list and arrays of its own: what the caller holds may change, and is not frozen with the test
+        object.__setattr__(self, "sensors", deepcopy(self.sensors))
+        try:
+            given = np.asarray(self.shape)
+        except ValueError:
+            raise InputError("shape: every mode must have as many numbers as there are sensors") from None
+        if np.iscomplexobj(given) and np.any(np.imag(given)):
             raise InputError("shape must be real: compare complex shapes by mac, or turn each to its real part first")
-        frequency, shape = numbers("frequency", self.frequency), numbers("shape", np.real(self.shape))
+        frequency, shape = numbers("frequency", self.frequency), numbers("shape", np.real(given))
         not_negative("close", self.close)
         if frequency.ndim != 1:
             raise InputError(f"frequency must be a list, one number for each mode [Hz], got {self.frequency!r}")

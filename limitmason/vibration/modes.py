@@ -95,11 +95,13 @@ class Modes(Displayed, Tabular, ReadOnly):
         Raises
         ------
         InputError
-            For points of other shapes, and points in no block.
+            For points of other shapes, that are not finite, and points in no block.
         """
         p = np.atleast_2d(numbers("points", points))
         if p.ndim != 2 or p.shape[1] != 3:
             raise InputError(f"points must have three coordinates each, shape (p, 3), got {p.shape}")
+        if not np.isfinite(p).all():
+            raise InputError(f"points must have finite coordinates [m], got {p[~np.isfinite(p).all(axis=1)][0]}")
         return np.array([self.system.carrier.at(shape, p) for shape in self.shape])
 
     def tabulated(self) -> tuple[Mapping[str, str], list[Sequence[Any]]]:

@@ -19,6 +19,19 @@ _UNSEEN = 1e-6  # of its largest motion at the sensors' points: a mode that move
 _PASSED = 1e-2  # of the squares of a shape: components that read zero are refused where the other's are larger
 
 
+def check_shapes(name: str, m: Shapes) -> None:
+    """Refuse what is neither modes nor a table of numbers, ``name`` in messages: a number, a word, rows of lengths."""
+    if isinstance(m, Modes):
+        return
+    try:
+        axes = np.ndim(m)
+    except ValueError:
+        raise InputError(f"{name}: all shapes must have equally many numbers: say NaN for a missing one") from None
+    if axes < 1:
+        got = "None" if m is None else type(m).__name__
+        raise InputError(f"{name} must be Modes (of lm.modes), a ModalTest or shapes in numbers, got {got}")
+
+
 def check_sensors(m: Shapes, count: int) -> None:
     """Refuse shapes ``m`` that are not one number for each of ``count`` sensors.
 

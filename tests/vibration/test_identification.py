@@ -131,6 +131,14 @@ def test_wrong_input_is_refused(runs):
     ):
         with pytest.raises(InputError, match=message):
             identify_modes(signals, STEP, **wrong)
+    # whole numbers may come as floats, the band as an array or as text of a file
+    for method in ("fdd", "ssi"):
+        given = {"method": method, "count": 2.0, "lines": 1024.0, "order": 8.0, "lags": 20.0}
+        found = identify_modes(signals, STEP, band=np.array([1.0, 12.0]), **given)
+        plain = {k: v if k == "method" else int(v) for k, v in given.items()}
+        np.testing.assert_array_equal(
+            found.frequency, identify_modes(signals, STEP, band=("1", "12"), **plain).frequency
+        )
     with pytest.raises(InputError, match="does not move"):
         identify_modes(np.column_stack([signals, np.ones(len(signals))]), STEP)
     with pytest.raises(NotConverged):

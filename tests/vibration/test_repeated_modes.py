@@ -10,6 +10,7 @@ from scipy.sparse import csc_array
 import limitmason as lm
 from limitmason.continuum import Box, Continuum
 from limitmason.errors import InputError
+from limitmason.geometry import box
 from limitmason.geometry.rotation import rotation_matrices
 from limitmason.vibration import ModalTest
 from limitmason.vibration.eigensolver import lowest
@@ -193,6 +194,19 @@ def test_repeated_modes_are_compared_by_what_they_span():
     assert first.value == pytest.approx(1.0, abs=1e-9)
     assert "1+2" in str(alike)
     assert "within 1% in frequency" in str(alike)
+
+
+def test_rows_of_equal_blocks_held_at_either_end_are_two_models_of_one_mass():
+    """Their free blocks are others: weights of equal masses change nothing beside the plain criterion."""
+    left, right = (
+        lm.modes(lm.Assembly.from_polyhedra(
+            [box((k, 0, 0), (k + 1, 1, 1)) for k in range(4)], joint=JOINT, density=2000.0, fixed=[held],
+            names=list("abcd"),
+        ), 4)
+        for held in "ad"
+    )
+    plain = lm.mac(left, right)
+    np.testing.assert_allclose(lm.mac(left, right, weighted=True).values, plain.values, atol=1e-12)
 
 
 def test_a_pair_that_is_split_in_the_other_model_is_met_by_both_of_its_modes():

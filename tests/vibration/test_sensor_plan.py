@@ -160,3 +160,30 @@ def test_four_measured_modes_of_one_block_need_no_more_modes_than_it_has():
     test = ModalTest(list(zip(points, axes, strict=True)), own.frequency[:4], shape[:4])
     found = lm.answer(block, lm.Loads.weight(block), {"frequency 4": "modes"}, modes={"test": test})
     assert found["frequency 4"] == pytest.approx(own.frequency[3])
+
+
+def test_columns_of_a_table_without_places_are_sensors_and_no_axes():
+    # shapes at right angles, once refused as "zero along y at every point"
+    assert lm.mac([[1.0, 0.0, 0.0, 0.0]], [[0.0, 1.0, 0.0, 0.0]]).values == pytest.approx(0.0)
+    assert lm.mac([[1.0, 0.0]], [[1.0, 1.0]]).values == pytest.approx(0.5)
+    with pytest.raises(InputError, match="sensor 1 reads zero in every shape of the first set"):
+        lm.mac([[1.0, 0.0, 2.0], [2.0, 0.0, -1.0]], [[1.0, 1.0, 1.0]])
+
+
+def test_rows_of_unequal_length_are_refused_by_name():
+    with pytest.raises(InputError, match="b: all shapes must have equally many numbers"):
+        lm.mac([[1.0, 2.0]], [[1.0, 2.0], [3.0]])
+    with pytest.raises(InputError, match="shape: every mode must have as many numbers as there are sensors"):
+        ModalTest(PLAN[:2], HZ[:2], [[1.0, 2.0], [3.0]])
+
+
+def test_the_places_of_sensors_that_a_caller_holds_are_neither_frozen_nor_followed():
+    place = np.array([0.2, 0.0, 0.6])
+    test = ModalTest([(place, "y"), PLAN[1]], HZ[:1], [[1.0, 2.0]])
+    place[2] = 1.2
+    assert test.sensors[0][0][2] == 0.6
+
+
+def test_a_point_that_is_no_number_lies_in_no_block(found):
+    with pytest.raises(InputError, match="points must have finite coordinates"):
+        found.at([[np.nan, 0.0, 0.6]])
