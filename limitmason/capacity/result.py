@@ -86,7 +86,7 @@ class PushoverCurve(Curve):
     jumps : numbers of the samples that no states led to
     breaks : what broke at once, and at which samples
     origin : pose under dead load, from which displacements count
-    unit : load of multiplier 1
+    unit : load of multiplier 1, in ``load_unit``
     toward : sign of a load that pushes: with ``to`` below zero loads are negative, and the peak is the lowest
     """
 
@@ -137,6 +137,17 @@ class PushoverCurve(Curve):
             raise InputError("the live loads of this curve have no resultant: draw its multiplier alone")
         return replace(self, load=resultant * self.load, load_unit="N", unit=resultant)
 
+    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Curve:
+        """This curve in other units; its multiplier stays as it is.
+
+        Parameters
+        ----------
+        displacement_unit, displacement, load_unit, load : as of :meth:`.Curve.in_units`
+        """
+        found = super().in_units(displacement_unit, displacement, load_unit, load)
+        assert isinstance(found, PushoverCurve)
+        return replace(found, unit=load * self.unit)
+
     @property
     def first_limit_point(self) -> CurvePoint | None:
         """The largest load before one that has passed it, in the sense of the push.
@@ -145,8 +156,10 @@ class PushoverCurve(Curve):
         not risen while the displacement doubled, or by less than 0.02 % over 0.02 blocks; or where it is below at the
         end of the curve. Shallower and shorter dips hang on the steps. It is None while the load rises.
         """
-        lacks = handed_over(self.toward, self.nodes) * self.unit
-        found = first_limit_point(self.toward * self.load, self.displacement, lacks, self.structure.size)
+        lacks = handed_over(self.toward, self.nodes) * abs(self.unit)
+        # beside the size of blocks displacements are in metres, whatever the unit of the curve
+        way = self.displacement if self.displacement_unit == "m" else np.array([n.control for n in self.nodes])
+        found = first_limit_point(np.sign(self.unit) * self.toward * self.load, way, lacks, self.structure.size)
         return None if found is None else self.point(found)
 
     @property
@@ -226,7 +239,7 @@ class PushoverCurve(Curve):
         warnings: tuple[str, ...] = ()  # of the system whose modes are then asked for
         if plane is not None:
             warnings = ("the path was followed in its plane: only modes in this plane are found, none across it",)
-        label = f"blocks at {self.displacement[sample]:.3g} m of a capacity curve, {found}"
+        label = f"blocks at {self.displacement[sample]:.3g} {self.displacement_unit} of a capacity curve, {found}"
         points = ContactPoints(p.place_a, p.interface, p.area, p.directions, p.block_a, p.block_b)
         if (times := second_moment_ratio(s.assembly, points).max()) > STIFFER:
             warnings += (

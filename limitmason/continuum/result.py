@@ -111,7 +111,8 @@ class SolidCurve(Curve):
         now = self._solver.answer(node.displacement, node.memory, secant=True)
         d = self.model.discretisation
         stiffness = d.stiffness(now.tangent.reshape(len(self.model.mesh), -1, 6, 6))
-        label = f"solid of {len(self.model.mesh)} bricks, cracked, at {1e3 * self.displacement[sample]:.3g} mm"
+        travel = node.control - self.nodes[0].control  # [m], whatever the unit of the curve
+        label = f"solid of {len(self.model.mesh)} bricks, cracked, at {1e3 * travel:.3g} mm"
         return vibrating(self.model, d.factor(stiffness), label)
 
     @property

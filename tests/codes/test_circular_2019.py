@@ -330,6 +330,21 @@ def test_capacity_curves_of_elastic_joints_give_the_verdict_of_the_rigid_body(tm
         assert words in text
 
 
+def test_a_capacity_curve_in_other_units_gives_the_same_verdict():
+    """Forces in kN, and a multiplier made of them, were once taken over the weight twice: SLV fell by 15 %."""
+    made, loads = wall(1)
+    curve = lm.pushover(made, loads, to=0.2)
+    force, wanted = curve.as_force(), lm.assess(made, loads, SITE, curve=curve).bodies.ag["SLV"]
+    for other in (force.in_units("m", 1.0, "kN", 1e-3), force.in_units("m", 1.0, "-", 1.0 / force.unit)):
+        assert lm.assess(made, loads, SITE, curve=other).bodies.ag["SLV"] == pytest.approx(wanted, rel=1e-9)
+    mirrored = force.in_units("mm", -1e3, "kN", -1e-3)
+    for other in (force, mirrored):
+        np.testing.assert_allclose(other.multiplier, curve.multiplier, rtol=1e-12)
+        assert other.first_limit_point.index == curve.first_limit_point.index
+    assert mirrored.first_limit_point.load == pytest.approx(-1e-3 * force.first_limit_point.load)
+    assert " mm of a capacity curve" in mirrored.vibration(sample=0).label
+
+
 @pytest.mark.slow
 def test_every_limit_state_has_its_own_site_and_its_page_says_so(tmp_path, capsys):
     """e* = 1 of one body: a_g S = alpha0 g / FC for SLD, twice that for SLV by q = 2."""
