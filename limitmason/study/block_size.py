@@ -128,7 +128,7 @@ def block_size_study(
         if method != MONOLITH and vary == IN_PLANE and len(of_method) > 1:
             of_method.insert(0, _extrapolated(of_method[0], of_method[1]))
         rows += [{**r, "ratio": r["multiplier"] / reference if reference else np.nan} for r in of_method]
-    return Table(tuple(rows), table.units)
+    return Table(tuple(rows), table.units, table.notes)
 
 
 def _sizes_by_method(

@@ -91,7 +91,7 @@ def dilatancy_study(
         ratio = row["multiplier"] / at_phi if at_phi else np.nan
         change = 100.0 * abs(at_zero - row["multiplier"]) / at_zero if at_zero else np.nan
         rows.append({**row, "ratio": ratio, "change": change})
-    return Table(tuple(rows), table.units)
+    return Table(tuple(rows), table.units, table.notes)
 
 
 def _listed(name: str, values: Any) -> list[Any]:

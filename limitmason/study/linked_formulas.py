@@ -119,9 +119,9 @@ def _parsed(name: str, text: str) -> ast.Expression:
 
     ``name`` is that of the quantity, for messages. A ``text`` is refused that Python could run but that is no formula.
     """
+    if isinstance(text, str) and len(text) > LONGEST:
+        raise InputError(f"the tie of {name!r} is a formula of {len(text)} characters, the most are {LONGEST}")
     try:
-        if len(text) > LONGEST:
-            raise InputError(f"the tie of {name!r} is a formula of {len(text)} characters, the most are {LONGEST}")
         tree = ast.parse(text, mode="eval")
     except (SyntaxError, TypeError, ValueError, RecursionError, MemoryError):
         raise InputError(f"the tie of {name!r} is no formula: {text!r}") from None
@@ -157,6 +157,9 @@ def _value(node: ast.AST, values: Mapping[str, Any]) -> Any:
         assert isinstance(node.func, ast.Name)
         return FUNCTIONS[node.func.id](_value(node.args[0], values))
     if isinstance(node, ast.Name):
+        if node.id not in values:  # most often a function without its argument
+            call = f", call it as {node.id}(...)" if node.id in FUNCTIONS else ""
+            raise InputError(f"a tie needs a value of {node.id!r}{call}")
         return np.asarray(values[node.id], dtype=float)[()]
     assert isinstance(node, ast.Constant)
     assert isinstance(node.value, int | float)

@@ -125,7 +125,7 @@ def monte_carlo(
         units={k: unit for name, unit in draws.UNITS.items() for k in (name, f"{name} mean", f"{name} deviation")},
         batch=None if stop is None else stop.every, enough=stop,
     )
-    return replace(found, notes=(*found.notes, *_truncations(joints, blocks), *_without_effect(found)))
+    return replace(found, notes=(*found.notes, *_truncations(joints, blocks, parameters), *_without_effect(found)))
 
 
 def _without_effect(found: Table) -> list[str]:
@@ -140,11 +140,14 @@ def _without_effect(found: Table) -> list[str]:
     ]
 
 
-def _truncations(joints: Mapping[str, Random], blocks: Mapping[str, Random]) -> list[str]:
-    """Notes of what physical bounds take from the distributions, property by property."""
+def _truncations(
+    joints: Mapping[str, Random], blocks: Mapping[str, Random], parameters: Mapping[str, Random]
+) -> list[str]:
+    """Notes of what bounds, physical ones and given ones, take from the distributions, one by one."""
     out = []
-    for name, random in (*joints.items(), *blocks.items()):
-        bounds = (draws.BOUNDS if name in joints else draws.BLOCK_BOUNDS)[name]
+    for name, random in (*joints.items(), *blocks.items(), *parameters.items()):
+        # the package knows no bounds of an argument of a building function
+        bounds = draws.BOUNDS.get(name) or draws.BLOCK_BOUNDS.get(name, (-np.inf, np.inf))
         lost = random.cut(bounds)
         if lost > _LOST:
             low, high = max(bounds[0], random.low), min(bounds[1], random.high)

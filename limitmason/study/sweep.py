@@ -13,9 +13,9 @@ from typing import Any, TypedDict
 from limitmason.checks import count, listener
 from limitmason.display.progress import reached, taken_up, watched
 from limitmason.errors import InputError
-from limitmason.study.memo import Memo
+from limitmason.study.memo import Memo, plain
 from limitmason.study.run_fingerprint import fingerprint
-from limitmason.study.table import Table
+from limitmason.study.table import Table, same_entry
 from limitmason.study.workers import as_row
 
 Progress = Callable[[str], object]
@@ -71,8 +71,8 @@ def sweep(
     Raises
     ------
     InputError
-        For no points, points with different names, a result with the name of a parameter, a store of another study,
-        and ``enough`` without ``batch``.
+        For no points, points with different names, a result with the name of a parameter, a store of another study
+        or with runs of other points, and ``enough`` without ``batch``.
     Exception
         What ``function`` raises; the rows finished before are in the store.
     """
@@ -83,6 +83,7 @@ def sweep(
     study = key or ("sweep", function, points)
     memo = Memo(store, "" if store is None else study if isinstance(study, str) else fingerprint(*study), kind=dict)
     rows = {k: memo[k] for k in range(len(points)) if k in memo}  # by number of the point
+    _check_points(rows, points, store)
     if rows and progress is not None:
         progress(f"{len(rows)} of {len(points)} runs are in {store}")
     # without a rule to stop by, all points are one batch
@@ -110,6 +111,27 @@ def sweep(
     unfinished = end - len(found)
     notes = (f"{unfinished} of {end} runs are not finished: call again with the same store",) if unfinished else ()
     return replace(found, notes=notes)
+
+
+def _check_points(
+    rows: Mapping[int, Mapping[str, Any]], points: Sequence[Mapping[str, Any]], store: str | Path | None
+) -> None:
+    """Refuse rows of a store whose point is another one, as where the list has changed and a given key has not.
+
+    Parameters
+    ----------
+    rows : that the store holds, by number of their point
+    points : all of them
+    store : its file
+    """
+    for k, row in rows.items():
+        for name, value in plain(_shown(points[k])).items():
+            if name not in row or not same_entry(row[name], value):
+                raise InputError(
+                    f"{store}: run {k} is of another point, {name} = {row.get(name)!r} in place of {value!r}: the "
+                    "points have changed, the key has not; give another key and file, or put new points behind the "
+                    "old ones"
+                )
 
 
 def _row(points: Sequence[Mapping[str, Any]], number: int, result: Any) -> dict[str, Any]:

@@ -62,7 +62,7 @@ class Table(Displayed, Tabular):
         if not isinstance(other, Table):
             return NotImplemented
         return len(self) == len(other) and all(
-            list(a) == list(b) and all(_same(a[k], b[k]) for k in a) for a, b in zip(self, other, strict=True)
+            list(a) == list(b) and all(same_entry(a[k], b[k]) for k in a) for a, b in zip(self, other, strict=True)
         )
 
     __hash__ = None  # type: ignore[assignment]
@@ -72,7 +72,7 @@ class Table(Displayed, Tabular):
         for name in wanted:
             if name not in self.columns:
                 raise InputError(f"the table has no column {name!r}; columns: {', '.join(self.columns)}")
-        kept = tuple(r for r in self.rows if all(_same(r.get(k), v) for k, v in wanted.items()))
+        kept = tuple(r for r in self.rows if all(same_entry(r.get(k), v) for k, v in wanted.items()))
         return Table(kept, self.units, self.notes)
 
     def write_csv(self, path: str | Path) -> None:
@@ -112,7 +112,7 @@ def _text(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _same(a: Any, b: Any) -> bool:
+def same_entry(a: Any, b: Any) -> bool:
     """Equality of table entries in which NaN equals NaN."""
     if isinstance(a, float) and isinstance(b, float) and math.isnan(a) and math.isnan(b):
         return True

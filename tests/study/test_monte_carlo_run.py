@@ -363,6 +363,16 @@ def test_formulas_follow_each_other():
     ties = LinkedFormulas({"c": "2 * b", "b": "-a ** 2 + sqrt(a)"})
     assert ties({"a": 4.0}) == {"a": 4.0, "b": -14.0, "c": -28.0}
     assert ties({"a": np.array([1.0, 4.0])})["c"].tolist() == [0.0, -28.0]
+    with pytest.raises(lm.errors.InputError, match=r"needs a value of 'tan', call it as tan\(...\)"):
+        LinkedFormulas({"c": "2 * tan"})({})
+    with pytest.raises(lm.errors.InputError, match="a formula of 1201 characters, the most are 1000"):
+        LinkedFormulas({"c": "1+" * 600 + "1"})
+
+
+def test_what_bounds_take_of_a_parameter_of_the_builder_is_told():
+    drawn = {"width": study.Random(study.normal(1.0, 0.5), low=0.5)}
+    found = study.monte_carlo(lambda width: stack(1), 2, run=lambda a, p: {"n": 1}, parameters=drawn)
+    assert found.notes[0].startswith("width is truncated to 0.5 ... inf, which takes 0.16 of its probability")
 
 
 @pytest.mark.parametrize(

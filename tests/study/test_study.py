@@ -72,6 +72,27 @@ def test_sweep_goes_on_after_an_error(tmp_path):
     assert found == study.sweep(lambda x: {"square": x * x, "third": x / 3}, {"x": (5, 6, 7, 8)})
 
 
+def test_rows_of_other_points_under_the_same_key_are_no_rows_of_this_study(tmp_path):
+    """A value more along the last name moves all numbers: (2, 2) stood there twice, and (1, 3) was never run."""
+    store = tmp_path / "rows.jsonl"
+    study.sweep(square, {"x": (1, 2), "y": (1, 2)}, store=store, key="squares")
+    with pytest.raises(ValueError, match="run 2 is of another point, x = 2 in place of 1: the points have changed"):
+        study.sweep(square, {"x": (1, 2), "y": (1, 2, 3)}, store=store, key="squares")
+    longer = study.sweep(square, {"x": (1, 2, 3), "y": (1, 2)}, store=store, key="squares")
+    assert longer == study.sweep(square, {"x": (1, 2, 3), "y": (1, 2)})
+
+
+def test_runs_that_are_not_finished_are_told_by_a_study_too():
+    def build(unit):
+        if unit[0] < 0.15:
+            raise study.Unfinished
+        wall = lm.build.wall(length=0.4, height=0.4, unit=unit, joint=lm.Joint(40.0))
+        return wall, lm.Loads.horizontal(wall, (0, 1, 0))
+
+    found = study.block_size_study(build, (0.5, 1.0), unit=(0.2, 0.1, 0.1))
+    assert found.notes == ("2 of 4 runs are not finished: call again with the same store",)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("workers", [2, 3])
 def test_same_seed_same_table_whatever_the_number_of_workers(workers, table):
