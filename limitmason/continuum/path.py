@@ -13,16 +13,14 @@ from numpy.typing import ArrayLike
 from limitmason.arrays import Array
 from limitmason.checks import instance, listener, positive
 from limitmason.continuum.equilibrium import NEWTON, EquilibriumState, Solver
-from limitmason.continuum.excess_crack_energy import crack_energy
 from limitmason.continuum.first_to_crack import EqualBricks
-from limitmason.continuum.result import SolidCurve, curve_of
+from limitmason.continuum.result import INTERRUPTED, REACHED, STOPPED, SolidCurve, curve_of
 from limitmason.continuum.solid import Continuum
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotConverged
 from limitmason.model.input import read_vector
 from limitmason.storage.files import named_path
 
-REACHED, STOPPED, INTERRUPTED = "reached", "stopped", "interrupted"
 # numbers that steer the steps are chosen: they change where samples lie and how long a path takes
 _EASY = 5  # iterations up to which steps grow
 _GROWN = 1.5  # times as long as the step before
@@ -39,7 +37,6 @@ _NO_HELP = 2  # such cuts one after another, after which the longest of their st
 _CUTS = 256  # first step over the shortest one
 _ARRIVED = 1e-9  # of the way: what is left of it is rounding
 _OTHER = 10.0  # times the residual of a state from which it is taken to be of another model
-_FLAT = 1.8  # longest over shortest edge of a brick from which a warning names it
 _BREAK = 400  # secant iterations of a jump
 
 
@@ -153,12 +150,8 @@ def push(
             f"{new.residual:.0e}{', jump' if new.jump else ''}, {time.perf_counter() - begun:.0f} s"
         )
         if checkpoint is not None and len(nodes) % 10 == 0:
-            curve_of(model, nodes, (point, direction), tolerance, INTERRUPTED, (), band).save(checkpoint)
-    warnings: tuple[str, ...] = (*_flat_bricks(model), *_energy_of_cracks(solver, equal, nodes[-1]))
-    if status == STOPPED:
-        end = 1e3 * (nodes[-1].control - origin)
-        warnings = (*warnings, f"the path stops at {end:.4g} mm: no state beyond was found")
-    curve = curve_of(model, nodes, (point, direction), tolerance, status, warnings, band)
+            curve_of(model, nodes, (point, direction), tolerance, INTERRUPTED, band).save(checkpoint)
+    curve = curve_of(model, nodes, (point, direction), tolerance, status, band)
     if checkpoint is not None:
         curve.save(checkpoint)
     say(f"{status} after {len(nodes) - 1} steps, {solver.factorisations} factors, {time.perf_counter() - begun:.0f} s")
@@ -182,22 +175,6 @@ def _same_control(start: SolidCurve, point: Array, direction: Array) -> None:
         raise InputError(
             f"start is a curve of the point {tuple(at.tolist())} along {tuple(along.tolist())}: give it as control"
         )
-
-
-def _energy_of_cracks(solver: Solver, equal: EqualBricks, last: EquilibriumState) -> tuple[str, ...]:
-    """Warning where the cracks of the last state have not taken the energy of their area by the true strengths."""
-    assert last.memory is not None
-    return crack_energy(solver, equal.true, last.memory).warnings()
-
-
-def _flat_bricks(model: Continuum) -> tuple[str, ...]:
-    """Warning where bricks of a model that cracks are far from cubes: their crack band is a cube's edge."""
-    corners = model.mesh.corners
-    edges = corners.max(axis=1) - corners.min(axis=1)
-    aspect = float((edges.max(axis=1) / edges.min(axis=1)).max())
-    if aspect < _FLAT or not any(m.fractures for m in model.materials):
-        return ()
-    return (f"bricks are up to {aspect:.2g} times as long as wide: a crack's energy depends on how it crosses them",)
 
 
 def _begun(
@@ -305,7 +282,7 @@ def _energy_missed(solver: Solver, begun: EquilibriumState, last: EquilibriumSta
 
 
 def _forget(nodes: list[EquilibriumState]) -> list[EquilibriumState]:
-    """Drop memory and stresses of all but the first, the largest load and the last: they are most of the storage."""
+    """Drop memory and stresses of all but the largest load and the last: they are most of the storage."""
     top = int(np.argmax([n.multiplier for n in nodes]))
     return [
         n if i in (top, len(nodes) - 1) or n.stress is None else n._replace(memory=None, stress=None, crack=None)

@@ -14,6 +14,7 @@ from limitmason.arrays import Array
 from limitmason.checks import instance
 from limitmason.continuum.equilibrium import EquilibriumState, Solver
 from limitmason.continuum.excess_crack_energy import OPEN, CrackEnergy, crack_energy
+from limitmason.continuum.mesh import CORNERS
 from limitmason.continuum.papers import PAPERS
 from limitmason.continuum.rotating_crack import Memory, strain_tensor, virgin
 from limitmason.continuum.solid import Continuum, vibrating
@@ -23,6 +24,10 @@ from limitmason.vibration.system import VibratingSystem
 
 _NO_RESULTANT = 1e-9  # of the sum of all live forces: a resultant that small is rounding
 _MISSED = 0.02  # error of the energy balance from which a curve warns, chosen
+_FLAT = 1.8  # longest over shortest edge of a brick from which a warning names it
+
+REACHED, STOPPED, INTERRUPTED = "reached", "stopped", "interrupted"
+"""How a path ended, or that it goes on after a checkpoint."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -179,7 +184,7 @@ def load_curve(path: str | Path, model: Continuum) -> SolidCurve:
         memory = Memory(*(kept[k] for k in Memory._fields)) if kept else None
         nodes.append(EquilibriumState(x, memory=memory, stress=kept.get("stress"), crack=kept.get("crack"), **scalars))
     control = file["point"], file["direction"]
-    return curve_of(model, nodes, control, float(file["tolerance"]), str(file["status"]), (), float(file["band"]))
+    return curve_of(model, nodes, control, float(file["tolerance"]), str(file["status"]), float(file["band"]))
 
 
 _SCALARS = ("multiplier", "control", "residual", "iterations", "stored", "lost", "jump")
@@ -201,11 +206,27 @@ def _first_crack(solver: Solver, nodes: list[EquilibriumState]) -> int | None:
     return None
 
 
+def _energy_of_cracks(solver: Solver, last: EquilibriumState) -> tuple[str, ...]:
+    """Warning where the cracks of the last state have not taken the energy of their area."""
+    assert last.memory is not None
+    return crack_energy(solver, solver.curves, last.memory).warnings()
+
+
+def _flat_bricks(model: Continuum) -> tuple[str, ...]:
+    """Warning where bricks of a model that cracks are far from cubes: their crack band is a cube's edge."""
+    # mean of the four edges along each direction of a brick, up to one factor, however the brick is turned
+    edges = np.linalg.norm(np.einsum("nk,mni->mki", CORNERS - 0.5, model.mesh.corners), axis=2)
+    aspect = float((edges.max(axis=1) / edges.min(axis=1)).max())
+    if aspect < _FLAT or not any(m.fractures for m in model.materials):
+        return ()
+    return (f"bricks are up to {aspect:.2g} times as long as wide: a crack's energy depends on how it crosses them",)
+
+
 def curve_of(
     model: Continuum, nodes: list[EquilibriumState], control: tuple[ArrayLike, ArrayLike], tolerance: float,
-    status: str, warnings: tuple[str, ...], band: float = 1.0,
+    status: str, band: float = 1.0,
 ) -> SolidCurve:
-    """Curve of states in equilibrium: control displacement, load, energies, jumps and the first crack.
+    """Curve of states in equilibrium: control displacement, load, energies, jumps, the first crack and warnings.
 
     Parameters
     ----------
@@ -214,7 +235,6 @@ def curve_of(
     control : point [m] and direction whose displacement is that of the curve, shape (3,) each
     tolerance, band : settings of the path, which the curve keeps
     status : how the path ended
-    warnings : of the path
     """
     live, dead = model.live.ravel(), model.all_dead
     point, direction = (np.asarray(v, dtype=float) for v in control)
@@ -235,9 +255,15 @@ def curve_of(
     error[0] = 0.0
     energy = Energy(work_of_live, work_of_dead, stored, lost, error)
     events = [Event("jump", i) for i, n in enumerate(nodes) if n.jump]
-    first = _first_crack(Solver(model, model.functional(point, direction), tolerance, band), nodes)
+    solver = Solver(model, model.functional(point, direction), tolerance, band)
+    first = _first_crack(solver, nodes)
     if first is not None:
         events.append(Event("first crack", first))
+    # all of these follow from the states, so that a curve that is read back from a file says what it said
+    warnings = (*_flat_bricks(model), *_energy_of_cracks(solver, nodes[-1]))
+    if status == STOPPED:
+        end = 1e3 * (nodes[-1].control - nodes[0].control)
+        warnings = (*warnings, f"the path stops at {end:.4g} mm: no state beyond was found")
     missed = float(np.abs(error).max())
     if missed > _MISSED:
         warnings = (*warnings, f"the energy balance is off by up to {missed:.1%} of the work: jumps, or steps too long")

@@ -95,7 +95,8 @@ class Material:
         if self.cohesion is None or self.friction_angle_deg is None:
             if self.dilatancy_angle_deg:
                 raise InputError(f"{label}: dilatancy_angle_deg needs cohesion and friction_angle_deg beside it")
-            if self.tensile_strength and self.tensile_energy is None:
+            # zero too: such a unit would never yield, in tension neither
+            if self.tensile_strength is not None and self.tensile_energy is None:
                 raise InputError(
                     f"{label}: tensile_strength needs cohesion and friction_angle_deg beside it, or tensile_energy"
                 )

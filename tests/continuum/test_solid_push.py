@@ -7,7 +7,7 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments, figures
-from limitmason.continuum import Box, Continuum, load_curve, path, push
+from limitmason.continuum import Box, Continuum, Mesh, load_curve, path, push
 from limitmason.errors import InputError
 from validation.murano_macro import control_point, macro_model
 
@@ -261,6 +261,18 @@ def test_an_elastic_solid_stays_on_its_line_and_wrong_input_is_refused():
         push(bare, control=((1, 1, 1), (1, 0, 0)), to=1e-3)
     flat = pushed(column((0.2, 0.1, 0.05)), 5e-5)
     assert any("times as long as wide" in w for w in flat.warnings)
+
+
+def test_warnings_of_a_turned_solid_and_of_one_that_is_read_back_are_those_of_the_path(tmp_path):
+    """Bricks of 0.2 x 0.1 x 0.2 m turned by 45 degrees about z are 0.212 x 0.212 x 0.2 m along the axes."""
+    straight = column((0.2, 0.1, 0.2))
+    turn = np.array([[1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [0.0, 0.0, 2.0**0.5]]) / 2.0**0.5
+    mesh = Mesh(straight.mesh.solid.p.T @ turn.T, straight.mesh.bricks, straight.mesh.material)
+    turned = replace(straight, mesh=mesh, live=straight.live @ turn.T)
+    curve = push(turned, control=(turn @ (0.2, 0.05, 0.6), turn[:, 0]), to=5e-5, first=4e-5)
+    assert "2 times as long as wide" in curve.warnings[0]
+    curve.save(tmp_path / "turned.npz")
+    assert load_curve(tmp_path / "turned.npz", turned).warnings == curve.warnings
 
 
 def test_steps_grow_while_cracks_run_on(monkeypatch):

@@ -56,6 +56,7 @@ def test_tension_ends_at_the_apex_of_the_cone():
         ({"cohesion": -1e6, "friction_angle_deg": 30.0}, "cohesion"),
         ({"cohesion": 1e6, "friction_angle_deg": 30.0, "dilatancy_angle_deg": 31.0}, "dilatancy_angle_deg"),
         ({"tensile_strength": 1e6}, "tensile_strength"),
+        ({"tensile_strength": 0.0}, "tensile_strength needs cohesion"),
         ({"dilatancy_angle_deg": 5.0}, "dilatancy_angle_deg"),
         ({"tensile_energy": 12.0}, "tensile_energy needs tensile_strength"),
         ({"tensile_strength": 1e5, "tensile_energy": 0.0}, "tensile_energy must be positive"),
