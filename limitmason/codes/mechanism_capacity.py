@@ -116,7 +116,7 @@ def capacity_of(
     d, a, period = dict[str, float](), dict[str, float](), dict[str, float]()  # empty without a curve
     if path is not None:
         along, acceleration = path[0] * abs(second / (at_control * first)), path[1] * to_a
-        d0 = _zero(along, acceleration)
+        d0 = zero_of(along, acceleration)
         lost = _lost_at(along, acceleration, d0)
         for state, part in SHARES.items():
             d[state], a[state] = part * d0, _first_at(along, acceleration, part * d0)
@@ -164,14 +164,14 @@ def _reached(spectrum: Spectrum, excess: Callable[[Spectrum], float]) -> float:
     return math.inf
 
 
-def _zero(along: Array, a: Array) -> float:
-    """Displacement behind the peak at which the curve comes down to zero [m].
+def zero_of(along: Array, a: Array) -> float:
+    """Displacement behind the peak at which a curve first comes down to zero [m].
 
     It lies between two samples, on the line through them.
 
     Parameters
     ----------
-    along, a : displacement [m] and acceleration [m/s2] of every sample, shape (n,)
+    along, a : displacement [m] and acceleration [m/s2], or multiplier [-], of every sample, shape (n,)
     """
     # a curve of elastic joints begins at zero too
     peak = int(np.argmax(a))

@@ -9,9 +9,9 @@ from pathlib import Path
 from limitmason.checks import instance
 from limitmason.codes import Assessment, FloorSpectrum, GroundSpectrum, RecordSpectrum
 from limitmason.codes.circular_2019 import STATES
-from limitmason.codes.mechanism_capacity import DAMPING, Capacity, Spectrum
+from limitmason.codes.mechanism_capacity import DAMPING, Capacity, Spectrum, peak_of
 from limitmason.codes.spectra import LARGEST_AG
-from limitmason.constants import VERSION
+from limitmason.constants import GRAVITY, VERSION
 from limitmason.figures.collapse_mechanism import mechanism
 from limitmason.figures.page import bullets, image, table, write_page
 from limitmason.figures.report_page import geometry_facts, joint_table, load_facts
@@ -147,4 +147,6 @@ def _described(spectrum: Spectrum) -> str:
     if isinstance(spectrum, FloorSpectrum):
         modes = ", ".join(f"{t:.3f} s with {f:.2f}" for t, f in zip(spectrum.periods, spectrum.factors, strict=True))
         return f"floor above {_described(spectrum.ground)}; modes {modes}, damping {spectrum.damping:.1%}"
-    return f"record of {len(spectrum.record)} samples of {spectrum.sample_step} s, peak {spectrum.ag:.3f} g"  # type: ignore[arg-type]
+    peak = peak_of(spectrum) / GRAVITY
+    stands = "" if math.isclose(peak, spectrum.ag, rel_tol=1e-9) else f", for a_g {spectrum.ag:.3f} g"
+    return f"record of {len(spectrum.record)} samples of {spectrum.sample_step} s, peak {peak:.3f} g{stands}"  # type: ignore[arg-type]

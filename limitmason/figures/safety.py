@@ -14,7 +14,7 @@ from scipy.spatial import ConvexHull, QhullError
 from limitmason.arrays import Array
 from limitmason.checks import instance
 from limitmason.codes import Assessment, RecordSpectrum
-from limitmason.codes.mechanism_capacity import DAMPING, peak_of
+from limitmason.codes.mechanism_capacity import DAMPING, peak_of, zero_of
 from limitmason.constants import GRAVITY
 from limitmason.errors import InputError
 from limitmason.figures import style
@@ -144,10 +144,8 @@ def assessment(verdict: Assessment, *, title: str | None = None) -> Figure:
     style.needs_a_page("assessment")
     figure, (left, right) = style.panels(style.FULL_WIDTH, height=2.4, columns=2)
     alpha, moved = verdict.curve.load, verdict.curve.displacement
-    peak = int(np.argmax(alpha))
-    # from the control point to the oscillator of the code, whose curve comes down to zero at d0; a = alpha g / (e* FC).
-    # Beyond the peak -alpha rises, as interp asks
-    along = moved * (capacity.d0 / np.interp(0.0, -alpha[peak:], moved[peak:]))
+    # from the control point to the oscillator of the code, whose curve comes down to zero at d0; a = alpha g / (e* FC)
+    along = moved * (capacity.d0 / zero_of(moved, alpha))
     left.plot(along, alpha * GRAVITY / (capacity.mass_share * verdict.confidence_factor), color="black", lw=0.9)
     periods = np.linspace(0.02, 1.6 * max(capacity.period.values()), 200)  # [s], beyond both points of the verdict
     for state, colour in (("SLV", style.ORANGE), ("SLC", style.BLUE)):

@@ -345,6 +345,23 @@ def test_a_capacity_curve_in_other_units_gives_the_same_verdict():
     assert " mm of a capacity curve" in mirrored.vibration(sample=0).label
 
 
+def test_the_drawn_capacity_comes_to_zero_at_d0_where_the_curve_rises_again_behind_it():
+    """Blocks that meet may carry once more: the picture once took another zero of such a curve, a third nearer."""
+    moved = np.array([0.0, 0.01, 0.05, 0.10, 0.15, 0.16, 0.20, 0.30])
+    alpha = np.array([0.1, 0.095, 0.07, 0.04, -0.004, 0.01, 0.004, -0.03])
+    verdict = lm.assess(*wall(1), SITE, curve=lm.Curve(0.5 * moved, alpha, load_unit="-"))
+    x, y = lm.figures.assessment(verdict).axes[0].lines[0].get_data()
+    k = int(np.flatnonzero(y <= 0.0)[0])
+    assert np.interp(0.0, y[[k, k - 1]], x[[k, k - 1]]) == pytest.approx(verdict.bodies.d0, rel=1e-9)
+
+
+def test_a_page_gives_the_peak_of_a_record_beside_the_acceleration_that_it_stands_for(tmp_path):
+    shaking = RecordSpectrum(3.0 * np.sin(np.linspace(0.0, 20.0, 400)), 0.01, least=0.2, ag=0.15)
+    verdict = lm.assess(*wall(1), shaking)
+    text = lm.figures.assessment_report(verdict, tmp_path / "wall.html").read_text(encoding="utf-8")
+    assert "peak 0.306 g, for a_g 0.150 g" in text
+
+
 @pytest.mark.slow
 def test_every_limit_state_has_its_own_site_and_its_page_says_so(tmp_path, capsys):
     """e* = 1 of one body: a_g S = alpha0 g / FC for SLD, twice that for SLV by q = 2."""
