@@ -133,7 +133,8 @@ class Continuum(ReadOnly):
         assembly : of boxes along three common directions, such as those of ``build.wall``
         material : of the masonry; the densities of the blocks are not used
         size : largest edge of a brick [m]
-        slab : material of the held blocks, which are then meshed too and held on their lowest face; None: rigid
+        slab : material of the held blocks, which are then meshed too and held on their lowest faces, at whatever level
+            each stands; None: rigid
         planes : further planes (axis, coordinate [m]) that edges of bricks follow, in the frame of the first block
         points : integration points along an edge, 2 or 3
         nodes : of a brick, 20 or 8, see :class:`Mesh`
@@ -165,7 +166,10 @@ class Continuum(ReadOnly):
             if not held.any():
                 raise InputError("no wholly held block touches the solid: it stands on nothing")
         else:
-            held = mesh.nodes[:, 2] <= min(box.low[2] for box in fixed) + near
+            held = np.zeros(len(mesh.nodes), dtype=bool)
+            for box in (b for b in fixed if not any(_stands_on(b, other, near) for other in fixed)):
+                foot = np.array([*box.high[:2], box.low[2]])
+                held |= ((mesh.nodes >= box.low - near) & (mesh.nodes <= foot + near)).all(axis=1)
         if not np.array_equal(frame, np.eye(3)):
             mesh = Mesh(mesh.solid.p.T @ frame, mesh.bricks, mesh.material, nodes)
         materials = (material,) if slab is None else (material, slab)
@@ -381,6 +385,12 @@ def vibrating(model: Continuum, factor: Factor, label: str) -> VibratingSystem:
         spread=partial(_at_nodes, d), carrier=NodeCarrier(model), total=np.full(3, model.mass), label=label,
         solve=partial(factor.solve, corrections=0), below=partial(_negative, d, factor, mass),
     )
+
+
+def _stands_on(upper: Box, lower: Box, near: float) -> bool:
+    """Whether a box stands on another, whose tops and feet count as one within ``near`` [m]."""
+    above = abs(upper.low[2] - lower.high[2]) <= near
+    return bool(above and (np.minimum(upper.high, lower.high) - np.maximum(upper.low, lower.low))[:2].min() > near)
 
 
 def _several(material: Material | Sequence[Material]) -> tuple[Material, ...]:

@@ -187,9 +187,11 @@ def _heading(curve: Any, index: int, name: str) -> str:
 
 
 def point_text(curve: Any, index: int, name: str) -> str:
-    """A moment of a curve in words: ``name``, load [N] and displacement [mm].
+    """A moment of a curve in words: ``name``, load and displacement, N and m with units that fit them.
 
     ``index`` is the number of its sample.
     """
     point = curve.point(index)
-    return f"{name}: {style.force_text(point.load)} at {1e3 * point.displacement:.3g} mm"
+    load, along = f"{point.load:.3g} {curve.load_unit}", f"{point.displacement:.3g} {curve.displacement_unit}"
+    load = style.force_text(point.load) if curve.load_unit == "N" else load
+    return f"{name}: {load} at {f'{1e3 * point.displacement:.3g} mm' if curve.displacement_unit == 'm' else along}"

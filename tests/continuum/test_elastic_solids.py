@@ -10,6 +10,7 @@ from limitmason import experiments
 from limitmason.continuum import Box, Continuum, solve_elastic
 from limitmason.continuum.mesh import box_of, mesh_boxes
 from limitmason.errors import InputError, NotApplicable
+from limitmason.geometry import box
 from validation.murano_macro import control_point, macro_model, material, published
 
 BAR = Box(np.zeros(3), np.array([0.3, 0.2, 1.5]))
@@ -120,6 +121,22 @@ def test_what_cannot_be_meshed_or_held_is_refused_by_name():
             Continuum.from_boxes([BAR], made_of, size=0.3)
     with pytest.raises(InputError, match="bricks name material 1, counted from 0, 1 are given"):
         replace(bar, mesh=mesh_boxes([BAR._replace(material=1)], 0.3))
+
+
+def test_slabs_at_two_levels_are_both_held_and_a_slab_on_a_slab_is_not():
+    """A lintel on two piers, one of which stands on a step: only the lower slab was held, and the step hung in air."""
+    boxes = {
+        "low": ((0, 0, -0.2), (1, 1, 0)), "under": ((3, 0, -0.4), (4, 1, 0)), "step": ((3, 0, 0), (4, 1, 0.5)),
+        "left": ((0, 0, 0), (1, 1, 1)), "right": ((3, 0, 0.5), (4, 1, 1)), "lintel": ((0, 0, 1), (4, 1, 1.5)),
+    }
+    joint, stone = lm.Joint(30.0), lm.Material(1e9, 0.2, 2000.0)
+    wall = lm.Assembly.from_polyhedra(
+        [box(*ends) for ends in boxes.values()], joint=joint, density=2000.0, names=list(boxes),
+        fixed=["low", "under", "step"],
+    )
+    solid = Continuum.from_assembly(wall, stone, size=0.5, slab=stone, nodes=8)
+    held = solid.mesh.nodes[solid.held.all(axis=1)]
+    assert {(float(round(x, 6)) < 2.0, float(round(z, 6))) for x, _, z in held} == {(True, -0.2), (False, -0.4)}
 
 
 @pytest.mark.parametrize("shift", [0.0, 1e3])

@@ -14,6 +14,7 @@ import dem
 import limitmason as lm
 from limitmason import figures
 from limitmason.errors import InputError
+from limitmason.figures.crack_patterns import point_text
 from limitmason.figures.deformation import cracked_joints, rigid_motion
 from limitmason.geometry import box
 from limitmason.geometry.rotation import rotation_matrices, rotation_vectors
@@ -272,6 +273,12 @@ def test_cracks_are_drawn_of_walls_alone():
             draw(types.SimpleNamespace(assembly=two, failed=(), zones=("one",)), at="peak")
     with pytest.raises(InputError, match="name at least one moment"):
         figures.plasticity(types.SimpleNamespace(zones=("one",)), at=())
+
+
+def test_a_moment_is_told_in_the_units_of_its_curve():
+    for units, words in ((("m", "N"), "peak: 5 kN at 2 mm"), (("mm", "kN"), "peak: 5 kN at 2 mm")):
+        x, y = (0.002, 5e3) if units[0] == "m" else (2.0, 5.0)
+        assert point_text(lm.Curve([0.0, x], [0.0, y], *units), 1, "peak") == words
 
 
 def test_labels_that_begin_with_an_underscore_stay_out_of_the_legend():
