@@ -182,9 +182,9 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
         row["force"], row["rocks"], row["inside"] = solve(test)
         if spread:
             unused = _UNUSED["formulas" if method == "formulas" else test.options["cracks"]]
-            # each at one standard normal deviate above its median
+            # each at one standard normal deviate above its median, or above the value that an option gives
             moved = [
-                solve(test.with_options(**{name: i.drawn(1.0)})).force
+                solve(test.with_options(**{name: i._replace(value=value(test, name)).drawn(1.0)})).force
                 for name, i in inputs_of(test.row).items() if name not in unused
             ]
             row["spread"] = float(np.linalg.norm(np.log(np.array(moved) / row["force"])))

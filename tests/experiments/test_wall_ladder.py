@@ -7,6 +7,7 @@ import pytest
 
 from limitmason import experiments
 from limitmason.cli import main
+from limitmason.comparison import wall_ladder
 from limitmason.comparison.wall_ladder import (
     LADDER,
     MODEL_SPREAD,
@@ -15,6 +16,7 @@ from limitmason.comparison.wall_ladder import (
 )
 from limitmason.comparison.wall_modes import joint_motions, mode_inside, rocking_force
 from limitmason.errors import InputError
+from limitmason.experiments.modern_walls import value
 from limitmason.experiments.modern_walls.inputs import inputs_of
 from limitmason.limit import limit_analysis
 
@@ -62,6 +64,16 @@ def test_interval_is_that_of_inputs_and_model_and_holds_nine_in_ten():
     total = np.hypot(found.spread, MODEL_SPREAD["formulas"])
     drawn = found.force * np.exp(total * np.random.default_rng(1).standard_normal(20_000))
     assert np.mean((drawn > low) & (drawn < high)) == pytest.approx(0.9, abs=0.01)
+
+
+def test_an_input_that_is_given_is_moved_about_what_was_given(monkeypatch):
+    """Of a force that grows as mu the spread is that of mu: it was the way from the given mu to that of the table."""
+    solve = {"first": lambda test: wall_ladder._Solved(value(test, "mu"), 0.0, "S")}
+    monkeypatch.setattr(wall_ladder, "_SOLVERS", solve)
+    spread = inputs_of(experiments.load(NAME, "142").row)["mu"].spread
+    for options in ({}, {"mu": 0.1}):
+        (found,) = predict_walls("first", ["142"], options=options)
+        assert found.spread == pytest.approx(spread)
 
 
 @pytest.mark.slow
