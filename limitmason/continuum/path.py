@@ -104,7 +104,8 @@ def push(
     if not isinstance(control, tuple | list) or len(control) != 2:
         raise InputError(f"control must be a point [m] and a direction, got {control!r}")
     point, direction = read_vector("point of control", control[0]), read_vector("direction of control", control[1])
-    given = {"to": to, "first": first, "largest": largest, "tolerance": tolerance, "energy_error": energy_error}
+    positive("to", to)
+    given = {"first": first, "largest": largest, "tolerance": tolerance, "energy_error": energy_error}
     for name, value in (*given.items(), ("band", band)):
         if value is not None:
             positive(name, value)

@@ -15,7 +15,7 @@ from limitmason.errors import InputError
 from limitmason.methods import ASSOCIATIVE, MECHANISMS, get_method, method_name, options_by_method
 from limitmason.model.assembly import Assembly
 from limitmason.model.load import Loads
-from limitmason.study.sweep import RunOptions, sweep
+from limitmason.study.sweep import RunOptions, pair_of, sweep
 from limitmason.study.table import Table
 
 Unit = tuple[float, float, float]
@@ -41,7 +41,7 @@ def scaled_unit(unit: Unit, size: float, vary: str) -> Unit:
     """
     choice("vary", vary, (IN_PLANE, WHOLE))
     positive("size", size)
-    length, height, thickness = unit
+    length, height, thickness = unit_size(unit)
     return size * length, size * height, thickness * (size if vary == WHOLE else 1.0)
 
 
@@ -176,7 +176,7 @@ def _at_size(
     size : of the units over the reference unit [-]
     """
     scaled = scaled_unit(unit, size, vary)
-    assembly, loads = build(scaled)
+    assembly, loads = pair_of(build(scaled))
     found = get_method(MECHANISMS if method == MONOLITH else method).row(assembly, loads, options[method])
     units = dict(zip(UNIT_COLUMNS, scaled, strict=True))
     return {**units, "blocks": int((~assembly.fixed).sum()), **found}

@@ -25,7 +25,7 @@ from limitmason.study import random_joints as draws
 from limitmason.study.linked_formulas import LinkedFormulas
 from limitmason.study.random_joints import Random
 from limitmason.study.sampling import Stop, latin_hypercube
-from limitmason.study.sweep import RunOptions, sweep
+from limitmason.study.sweep import RunOptions, pair_of, sweep
 from limitmason.study.table import Table
 
 LoadsOf = Callable[[Assembly], Loads]
@@ -264,7 +264,7 @@ def _sample(
     shares : probability at which every value drawn once is read, from 0 to 1, by name
     """
     given = {name: float(random.value(shares[name])) for name, random in drawn.parameters.items()}
-    assembly, loads = build(**given) if callable(build) else build
+    assembly, loads = pair_of(build(**given)) if callable(build) else build
     record: dict[str, float] = {}
     if drawn.joints or drawn.links:
         assembly, record = draws.draw_joints(assembly, drawn.joints, sample, drawn.seed, shares, drawn.links)

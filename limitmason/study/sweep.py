@@ -77,6 +77,8 @@ def sweep(
         What ``function`` raises; the rows finished before are in the store.
     """
     listener("progress", progress, "a line of text")
+    if not callable(function):
+        raise InputError(f"function must be one that is called with a point, got {function!r}")
     points = _points(parameters)
     if enough is not None and batch is None:
         raise InputError("enough is asked after every batch of points: give batch= too, 1 to ask after each")
@@ -177,6 +179,14 @@ def _points(parameters: Any) -> list[dict[str, Any]]:
     if any(p.keys() != points[0].keys() for p in points):
         raise InputError("all points must have the same parameter names")
     return points
+
+
+def pair_of(built: Any) -> tuple[Any, Any]:
+    """What a building function has returned, a model and its loads; anything but a pair is refused."""
+    if not isinstance(built, tuple | list) or len(built) != 2:
+        kind = f"{len(built)} things" if isinstance(built, tuple | list) else type(built).__name__
+        raise InputError(f"build must return a pair (assembly, loads), it returned {kind}")
+    return built[0], built[1]
 
 
 def _shown(point: Mapping[str, Any]) -> dict[str, Any]:

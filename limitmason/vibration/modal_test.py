@@ -14,7 +14,7 @@ from scipy.optimize import linear_sum_assignment
 from limitmason.arrays import Array
 from limitmason.checks import not_negative, numbers
 from limitmason.errors import InputError
-from limitmason.model.input import read_vector
+from limitmason.model.input import read_list, read_vector
 from limitmason.storage.frozen import ReadOnly
 from limitmason.vibration.modes import Modes
 
@@ -156,7 +156,7 @@ def placed(sensors: Sequence[tuple[ArrayLike, str | ArrayLike]]) -> tuple[Array,
         For no sensors, and by number for one that is not of this form.
     """
     place, along = [], []
-    for k, sensor in enumerate(sensors):
+    for k, sensor in enumerate(read_list("sensors", sensors)):
         try:
             point, direction = sensor
         except (TypeError, ValueError):

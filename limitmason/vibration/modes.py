@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from inspect import signature
 from typing import Any
 
 import numpy as np
@@ -143,7 +145,8 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
     Raises
     ------
     InputError
-        When a free block has no mass, fewer modes exist than asked for, or the model cannot vibrate.
+        When a free block has no mass, fewer modes exist than asked for, or the model cannot vibrate; for an option that
+        it does not take.
     NotConverged
         When the iteration for the modes fails, or misses one that was counted.
 
@@ -153,13 +156,15 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
     first given moves most mass along x, or along y or z where that is far more. Damping is left out. Of a state only
     joints or cracks that are open count; large displacements of it do not.
     """
-    if isinstance(model, Assembly):
-        system = closed_system(model, **options)
-    elif hasattr(model, "vibration"):
-        system = model.vibration(**options)
-    else:
+    vibrates = partial(closed_system, model) if isinstance(model, Assembly) else getattr(model, "vibration", None)
+    if vibrates is None:
         raise InputError(f"a {type(model).__name__} has no vibration: give an Assembly, a Continuum or a state")
-    return solved(system, count)
+    taken = signature(vibrates).parameters
+    for name in options:
+        if name not in taken and not any(p.kind is p.VAR_KEYWORD for p in taken.values()):
+            known = ", ".join(taken) or "none"
+            raise InputError(f"modes: there is no option {name!r} of this {type(model).__name__}; there are {known}")
+    return solved(vibrates(**options), count)
 
 
 def solved(system: VibratingSystem, count: int) -> Modes:

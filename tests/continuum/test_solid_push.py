@@ -256,6 +256,8 @@ def test_an_elastic_solid_stays_on_its_line_and_wrong_input_is_refused():
     for wrong in ({"to": -1.0}, {"to": 1e-3, "tolerance": 0.0}):
         with pytest.raises(InputError, match="positive"):
             push(solid, control=((0.2, 0.05, 0.6), (1, 0, 0)), **wrong)
+    with pytest.raises(InputError, match="to must be a finite number, got None"):
+        push(solid, control=((0.2, 0.05, 0.6), (1, 0, 0)), to=None)
     bare = Continuum.from_boxes([Box(np.zeros(3), np.ones(3))], MASONRY, size=0.5)
     with pytest.raises(InputError, match="nothing to push"):
         push(bare, control=((1, 1, 1), (1, 0, 0)), to=1e-3)

@@ -277,6 +277,12 @@ def test_a_study_takes_an_iterator_for_every_method_it_runs():
     (lambda: study.sweep(square, {"x": [1]}, batch=1.5, enough=lambda _: False), "batch must be a whole number"),
     (lambda: study.sweep(square, {"x": [1]}, enough=lambda _: True), "give batch="),
     (lambda: study.sweep(square, [1]), "a list of points"),
+    (lambda: study.sweep(None, {"x": [1]}), "function must be one that is called with a point"),
+    (lambda: study.block_size_study(lambda _: make_wall()[0], (1.0,), unit=BRICKS["unit"]), "it returned Assembly"),
+    (lambda: study.block_size_study(lambda _: make_wall(), (1.0,), unit=(0.2, 0.1)), "unit must be"),
+    (lambda: study.monte_carlo(
+        lambda width: make_wall()[0], 2, parameters={"width": study.Random(study.normal(1, 0.1))}
+    ), r"must return a pair \(assembly, loads\), it returned Assembly"),
     (lambda: scaled_unit((1, 1, 1), 1.0, "height"), "vary"),
     (lambda: study.block_size_study({**BRICKS, "unit": (0.2, 0.1)}), r"unit must be \(length, height, thickness\)"),
     (lambda: study.block_size_study({k: v for k, v in BRICKS.items() if k != "height"}), "one of height and courses"),

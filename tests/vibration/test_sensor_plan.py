@@ -184,6 +184,14 @@ def test_the_places_of_sensors_that_a_caller_holds_are_neither_frozen_nor_follow
     assert test.sensors[0][0][2] == 0.6
 
 
+def test_an_option_that_a_model_does_not_take_is_refused_by_name():
+    column = lm.build.column(width=0.4, depth=0.3, unit_height=0.2, courses=2, joint=lm.Joint(35.0))
+    with pytest.raises(InputError, match="no option 'grid' of this Assembly; there are contact_points, contact_model"):
+        lm.modes(column, 2, grid=(4, 4))
+    with pytest.raises(InputError, match="sensors must be a list, got 5"):
+        lm.mac(np.ones((1, 2)), np.ones((1, 2)), sensors=5)
+
+
 def test_a_point_that_is_no_number_lies_in_no_block(found):
     with pytest.raises(InputError, match="points must have finite coordinates"):
         found.at([[np.nan, 0.0, 0.6]])
