@@ -74,14 +74,21 @@ class Mesh(ReadOnly):
         vertices, bricks, material, per_brick : see the class
         """
         choice("nodes of a brick", per_brick, (8, 20))
-        self.solid = MeshHex(np.ascontiguousarray(vertices.T), np.ascontiguousarray(bricks.T))
+        # copies: what the caller holds may change, and is not frozen
+        corner, self.bricks, self.material = numbers("vertices", vertices), np.array(bricks), np.array(material)
+        if corner.ndim != 2 or corner.shape[1] != 3 or self.bricks.ndim != 2 or self.bricks.shape[1] != 8:
+            raise InputError(
+                f"vertices must have shape (n, 3) and bricks (m, 8), got {corner.shape} and {self.bricks.shape}"
+            )
+        if self.material.shape != (len(self.bricks),):
+            raise InputError(f"material must have one number for each of the {len(self.bricks)} bricks")
+        self.solid = MeshHex(np.array(corner.T, order="C"), np.array(self.bricks.T, order="C"))
         self.element = ElementHexS2() if per_brick == 20 else ElementHex1()
         self.per_brick = per_brick
         # only numbers and places of nodes are read of it: the cheapest integration will do
         basis = Basis(self.solid, self.element, intorder=1)
         self.nodes: Array = np.ascontiguousarray(basis.doflocs.T)
         self.connectivity: Index = np.ascontiguousarray(basis.element_dofs.T)  # (m, k)
-        self.bricks, self.material = np.asarray(bricks), np.asarray(material)
         frozen(vars(self))
 
     def __len__(self) -> int:
@@ -264,6 +271,12 @@ def box_of(solid: Solid, name: str) -> Box:
             f"block {name!r} is no box along the axes: its solid is not meshed; give bricks of your own (Mesh)"
         )
     return Box(low, high)
+
+
+def stands_on(upper: Box, lower: Box, near: float) -> bool:
+    """Whether a box stands on another, whose top and foot are one within ``near`` [m]."""
+    above = abs(upper.low[2] - lower.high[2]) <= near
+    return bool(above and (np.minimum(upper.high, lower.high) - np.maximum(upper.low, lower.low))[:2].min() > near)
 
 
 def mesh_boxes(

@@ -15,7 +15,7 @@ from limitmason.checks import choice, finite, instance, not_negative, numbers, s
 from limitmason.constants import GRAVITY
 from limitmason.continuum.discretisation import Discretisation
 from limitmason.continuum.factor import Factor
-from limitmason.continuum.mesh import Box, Mesh, box_axes, box_of, mesh_boxes
+from limitmason.continuum.mesh import Box, Mesh, box_axes, box_of, mesh_boxes, stands_on
 from limitmason.continuum.patch import patch_forces
 from limitmason.deformable.elasticity import SOLID, Elasticity
 from limitmason.errors import InputError
@@ -53,8 +53,8 @@ class Continuum(ReadOnly):
     Raises
     ------
     InputError
-        For a material without density, one that yields by Mohr and Coulomb, bricks of a material that is not given, and
-        other points than 2 or 3.
+        For a material without density, one that yields by Mohr and Coulomb, bricks of a material that is not given,
+        arrays that do not fit the nodes, and other points than 2 or 3.
     """
 
     mesh: Mesh
@@ -79,6 +79,13 @@ class Continuum(ReadOnly):
                 )
         if (most := int(self.mesh.material.max())) >= len(self.materials):
             raise InputError(f"bricks name material {most}, counted from 0, {len(self.materials)} are given")
+        n = len(self.mesh.nodes)
+        for name, shape in {"held": (n, 3), "dead": (n, 3), "live": (n, 3), "lumped": (n,)}.items():
+            # a copy: what the caller holds may change, and is not frozen
+            own = np.array(getattr(self, name), dtype=bool if name == "held" else float)
+            if own.shape != shape:
+                raise InputError(f"{name} must have shape {shape}, a row for each node, got {own.shape}")
+            object.__setattr__(self, name, own)
 
     @classmethod
     def from_boxes(
@@ -167,7 +174,7 @@ class Continuum(ReadOnly):
                 raise InputError("no wholly held block touches the solid: it stands on nothing")
         else:
             held = np.zeros(len(mesh.nodes), dtype=bool)
-            for box in (b for b in fixed if not any(_stands_on(b, other, near) for other in fixed)):
+            for box in (b for b in fixed if not any(stands_on(b, other, near) for other in fixed)):
                 foot = np.array([*box.high[:2], box.low[2]])
                 held |= ((mesh.nodes >= box.low - near) & (mesh.nodes <= foot + near)).all(axis=1)
         if not np.array_equal(frame, np.eye(3)):
@@ -385,12 +392,6 @@ def vibrating(model: Continuum, factor: Factor, label: str) -> VibratingSystem:
         spread=partial(_at_nodes, d), carrier=NodeCarrier(model), total=np.full(3, model.mass), label=label,
         solve=partial(factor.solve, corrections=0), below=partial(_negative, d, factor, mass),
     )
-
-
-def _stands_on(upper: Box, lower: Box, near: float) -> bool:
-    """Whether a box stands on another, whose tops and feet count as one within ``near`` [m]."""
-    above = abs(upper.low[2] - lower.high[2]) <= near
-    return bool(above and (np.minimum(upper.high, lower.high) - np.maximum(upper.low, lower.low))[:2].min() > near)
 
 
 def _several(material: Material | Sequence[Material]) -> tuple[Material, ...]:

@@ -7,7 +7,7 @@ import pytest
 
 import limitmason as lm
 from limitmason import experiments
-from limitmason.continuum import Box, Continuum, solve_elastic
+from limitmason.continuum import Box, Continuum, Mesh, solve_elastic
 from limitmason.continuum.mesh import box_of, mesh_boxes
 from limitmason.errors import InputError, NotApplicable
 from limitmason.geometry import box
@@ -121,6 +121,24 @@ def test_what_cannot_be_meshed_or_held_is_refused_by_name():
             Continuum.from_boxes([BAR], made_of, size=0.3)
     with pytest.raises(InputError, match="bricks name material 1, counted from 0, 1 are given"):
         replace(bar, mesh=mesh_boxes([BAR._replace(material=1)], 0.3))
+
+
+def test_arrays_of_a_mesh_and_a_solid_are_copies_and_must_fit():
+    unit = mesh_boxes([Box(np.zeros(3), np.ones(3))], 1.0, nodes=8)
+    vertices, bricks, material = np.asfortranarray(unit.solid.p.T.copy()), unit.bricks.copy(), np.zeros(1, dtype=int)
+    mesh = Mesh(vertices, bricks, material, 8)
+    held, dead, lumped = np.zeros((8, 3), dtype=bool), np.zeros((8, 3)), np.zeros(8)
+    held[mesh.nodes[:, 2] == 0.0] = True
+    solid = Continuum(mesh, (lm.Material(1e9, 0.2, 0.0),), held, dead, dead, lumped)
+    for mine in (vertices, bricks, material, held, dead, lumped):
+        mine[:] = 1  # neither frozen nor followed
+    assert (solid.mesh.solid.p.T == unit.solid.p.T).all()
+    assert solid.mesh.bricks.tolist() == unit.bricks.tolist()
+    assert (solid.held.sum(), solid.dead.max(), solid.lumped.max()) == (12, 0.0, 0.0)
+    with pytest.raises(InputError, match=r"dead must have shape \(8, 3\), a row for each node, got \(2, 3\)"):
+        replace(solid, dead=np.zeros((2, 3)))
+    with pytest.raises(InputError, match=r"bricks \(m, 8\), got \(8, 3\) and \(8,\)"):
+        Mesh(unit.solid.p.T.tolist(), bricks[0].tolist(), [0], 8)
 
 
 def test_slabs_at_two_levels_are_both_held_and_a_slab_on_a_slab_is_not():
