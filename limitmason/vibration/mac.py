@@ -223,7 +223,8 @@ def mac(
     ------
     InputError
         When shapes do not fit each other or the sensors, or masses of chosen points are wanted and not given; when a
-        component reads zero in every shape of one set and not in the other: a zero is a motion that was measured.
+        component reads zero in every shape of a set without a model and not in the other: a zero is a motion that was
+        measured.
 
     Notes
     -----
@@ -276,7 +277,8 @@ def mac(
     u, v, w = u[:, kept], v[:, kept], w[kept]
     # without any place a table of (k, s) is one of sensors, whose columns are no axes of points
     one_each = along is not None or (where is None and np.ndim(a) == np.ndim(b) == 2)  # type: ignore[arg-type]
-    check_zeros(u, v, np.flatnonzero(kept), one_each)
+    blanks = not isinstance(a, Modes), not isinstance(b, Modes)  # a zero of a model is a motion that it does not make
+    check_zeros(u, v, np.flatnonzero(kept), one_each, blanks)
     unseen = tuple(unseen_modes(m, where, along) for m in (a, b))
     return _compared(((u.conj() * w) @ v.T, (u.conj() * w) @ u.T, (v.conj() * w) @ v.T), frequency, unseen)
 

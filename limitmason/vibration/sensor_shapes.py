@@ -45,8 +45,8 @@ def check_sensors(m: Shapes, count: int) -> None:
         )
 
 
-def check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
-    """Refuse components that are zero in every shape of one set, where the other moves.
+def check_zeros(u: Array, v: Array, number: Index, one_each: bool, blanks: tuple[bool, bool] = (True, True)) -> None:
+    """Refuse components that are zero in every shape of one measured set, where the other moves.
 
     A blank that was filled with zero would lower the criterion of modes that are alike.
 
@@ -55,8 +55,11 @@ def check_zeros(u: Array, v: Array, number: Index, one_each: bool) -> None:
     u, v : shapes of both sets, shape (k, s)
     number : of every column: its sensor, or three times its point plus its axis
     one_each : whether every sensor gives one number
+    blanks : of which of both sets zeros may be blanks
     """
-    for which, mine, other in (("first", u, v), ("second", v, u)):
+    for (which, mine, other), may_be in zip((("first", u, v), ("second", v, u)), blanks, strict=True):
+        if not may_be:
+            continue
         # largest part of the squares that a component has in any shape of the other set
         share = (np.abs(other) ** 2 / np.maximum((np.abs(other) ** 2).sum(axis=1, keepdims=True), 1e-300)).max(axis=0)
         blank = ~np.abs(mine).any(axis=0) & (share > _PASSED)

@@ -184,6 +184,17 @@ def test_the_places_of_sensors_that_a_caller_holds_are_neither_frozen_nor_follow
     assert test.sensors[0][0][2] == 0.6
 
 
+def test_a_model_that_moves_in_its_plane_alone_is_compared_with_one_in_space():
+    """Its zeros across the plane are no blanks: it was refused, with the advice to say NaN."""
+    joint = lm.Joint(30.0, normal_stiffness=1e9, shear_stiffness=4e8)
+    wall = lm.build.wall(length=1.0, courses=3, unit=(0.5, 0.2, 0.2), joint=joint)
+    in_plane = lm.modes(lm.pushover(wall, lm.Loads.horizontal(wall, (1, 0, 0)), to=1e-6), 2)
+    alike = lm.mac(lm.modes(wall, 6), in_plane)
+    moves = np.abs(lm.modes(wall, 6).shape[:, :, 1]).max(axis=1) > 1e-6 * np.abs(lm.modes(wall, 6).shape).max()
+    assert alike.values[moves].max() < 0.1
+    assert alike.values[~moves].max(initial=0.0) > 0.9
+
+
 def test_an_option_that_a_model_does_not_take_is_refused_by_name():
     column = lm.build.column(width=0.4, depth=0.3, unit_height=0.2, courses=2, joint=lm.Joint(35.0))
     with pytest.raises(InputError, match="no option 'grid' of this Assembly; there are contact_points, contact_model"):
