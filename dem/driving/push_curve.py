@@ -251,6 +251,14 @@ class PushCurve(Curve, JointMarks):
             both = replace(both, warnings=(*both.warnings, note))
         return both
 
+    def in_units(self, displacement_unit: str, displacement: float, load_unit: str, load: float) -> Curve:
+        """This curve and the faster one in other units, see :meth:`.Curve.in_units`."""
+        units = displacement_unit, displacement, load_unit, load
+        found, faster = super().in_units(*units), None if self.faster is None else self.faster.in_units(*units)
+        assert isinstance(found, PushCurve)
+        assert isinstance(faster, PushCurve | None)
+        return replace(found, faster=faster)
+
     @property
     def quantities(self) -> dict[str, float]:
         """Quantities of every curve, with the first crack, 0.15 mm wide, and what each joint has done.

@@ -226,6 +226,7 @@ def test_the_slower_run_is_the_answer_and_the_faster_its_error(plain):
     assert math.isnan(once.rate_error)
     expected = abs(plain.faster.peak.load - plain.peak.load) / plain.peak.load
     assert plain.rate_error == pytest.approx(expected)
+    assert plain.in_units("mm", 1e3, "kN", 1e-3).rate_error == pytest.approx(expected)
     assert plain.errors["rate"].shape == plain.load.shape
     assert plain.errors["rate"].max() >= 0.5 * expected
     assert f"rate error {expected:.2%}" in str(plain)
