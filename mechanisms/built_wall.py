@@ -62,7 +62,8 @@ def check_free(assembly: Assembly) -> None:
     """
     level = foot_level(assembly) + 10.0 * assembly.tolerance
     for k, block in enumerate(assembly.blocks):
-        if assembly.held[k].any() and block.name.startswith(("facade", "return", *BEAMS)) and block.bounds[1, 2] > level:
+        above = block.name.startswith(("facade", "return", *BEAMS)) and block.bounds[1, 2] > level
+        if above and assembly.held[k].any():
             raise NotApplicable(f"block {block.name!r} is held above the foot: the closed forms take walls free there")
 
 

@@ -14,7 +14,7 @@ from scipy import sparse
 
 from limitmason.arrays import Array, Index
 from limitmason.capacity.point_law import PlasticHistory
-from limitmason.capacity.system import Entries, Evaluated, System
+from limitmason.capacity.system import Evaluated, System
 from limitmason.mechanics.law import PointLaw
 
 TOLERANCE = 1e-12
@@ -22,6 +22,14 @@ TOLERANCE = 1e-12
 
 _ITERATIONS, _RATIO = 100, 1e-9
 """Iterations of the interior point at most, and its ratio of kappa to tau by which a program has no answer: chosen."""
+
+
+class Entries(NamedTuple):
+    """Entries of a sparse matrix: rows, columns and values, shapes (e,); those at one place add up."""
+
+    row: Index
+    column: Index
+    value: Array
 
 
 class Stepped(NamedTuple):
@@ -80,7 +88,7 @@ def solve_step(
     if system.bodies.deforming:
         dead = dead + system.sprung(at.pose)
     # unknowns x are the points' forces and what follows, at the cost x' P x / 2 + q' x with P diagonal
-    entries = [system.equilibrium(at.wrenches)]
+    entries = [_equilibrium(system, at.wrenches)]
     p = [compliance]
     q = [-compliance * start]
     unknowns = len(compliance)
@@ -100,7 +108,7 @@ def solve_step(
     ties = system.ties
     if len(ties.length):  # 0 <= T <= strength, at the same cost as a point's force
         soft = force / (ties.stiffness * system.length)
-        pulls = system.tie_columns(at.pulled)
+        pulls = _columns(system, at.pulled.wrenches, system.tie_ends)
         entries.append(pulls._replace(column=unknowns + pulls.column))
         p.append(soft)
         q.append(-soft * ties.stiffness * (at.pulled.elongation - old.stretched) / force)
@@ -124,6 +132,23 @@ def solve_step(
         return None
     x, z = np.array(found.x), np.array(found.z)  # z: the multipliers, of the equations of equilibrium the motion
     return Stepped(z[:order], x[: c * m].reshape(m, c) * force, float(x[c * m]) if free else multiplier)
+
+
+def _equilibrium(system: System, wrenches: Array) -> Entries:
+    """Entries of the wrench matrix of a pose in own units on the free degrees of freedom, shape (order, c m)."""
+    m, c, *ends = wrenches.shape
+    return _columns(system, wrenches.reshape(m * c, *ends), np.repeat(system.ends, c, axis=0))
+
+
+def _columns(system: System, wrenches: Array, ends: Index) -> Entries:
+    """Wrenches [N, N m] on two blocks each, (k, 2, d), at rows ``ends``, -1 for held, as columns in own units.
+
+    Those are of a mean block weight in every point or tie.
+    """
+    values = wrenches * system.row_scale * system.weight
+    columns = np.broadcast_to(np.arange(len(values))[:, None, None], values.shape)
+    keep = ends >= 0
+    return Entries(ends[keep], columns[keep], values[keep])
 
 
 def _bounds(

@@ -58,14 +58,6 @@ class Evaluated(NamedTuple):
         return float(np.abs(self.residual).max(initial=0.0))
 
 
-class Entries(NamedTuple):
-    """Entries of a sparse matrix: rows, columns and values, shapes (e,); those at one place add up."""
-
-    row: Index
-    column: Index
-    value: Array
-
-
 class System:
     """Joints, loads and the control of one path.
 
@@ -395,19 +387,3 @@ class System:
             element[:, parts[i], d + r :] += spin
             element[:, d + r :, parts[i]] += spin.transpose(0, 2, 1)
         return np.asarray(element)
-
-    def equilibrium(self, wrenches: Array) -> Entries:
-        """Entries of the wrench matrix of a pose in own units on the free degrees of freedom, shape (order, c m)."""
-        m, c, *ends = wrenches.shape
-        return self._columns(wrenches.reshape(m * c, *ends), np.repeat(self.ends, c, axis=0))
-
-    def tie_columns(self, pulled: Pulled) -> Entries:
-        """Entries of the wrenches of a mean block weight in every tie, own units, shape (order, t)."""
-        return self._columns(pulled.wrenches, self.tie_ends)
-
-    def _columns(self, wrenches: Array, ends: Index) -> Entries:
-        """Wrenches [N, N m] on two blocks each, (k, 2, d), at rows ``ends``, -1 for held, as columns in own units."""
-        values = wrenches * self.row_scale * self.weight
-        columns = np.broadcast_to(np.arange(len(values))[:, None, None], values.shape)
-        keep = ends >= 0
-        return Entries(ends[keep], columns[keep], values[keep])

@@ -79,8 +79,8 @@ def joint_forces(model: Assembly, prediction: Prediction) -> JointForces:
     # some methods tell nothing of ties. A support that settles is solved without the joints between held blocks
     if len(r.normal) not in (k, k + len(model.ties)):
         raise InputError(
-            f"this prediction ({prediction.method}) has forces of {len(r.normal)} joints and ties, the assembly has {k} "
-            f"joints and {len(model.ties)} ties: give the structure that was solved, prediction.structure"
+            f"this prediction ({prediction.method}) has forces of {len(r.normal)} joints and ties, the assembly has "
+            f"{k} joints and {len(model.ties)} ties: give the structure that was solved, prediction.structure"
         )
     faces = owner < k  # the ties are numbered after them
     owner, point_force = owner[faces], r.point_force[faces]
