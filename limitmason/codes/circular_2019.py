@@ -150,8 +150,8 @@ def assess(
     Raises
     ------
     InputError
-        For a structure without a mechanism, a live load that is not the weight, a curve that does not come back to
-        zero, has other units or was followed with another control, and an unknown control.
+        For a structure without a mechanism, a live load that is not the weight in one direction, a curve that does not
+        come back to zero, has other units or was followed with another control, and an unknown control.
 
     Notes
     -----
@@ -216,7 +216,7 @@ def assess(
 def _check_weights(assembly: Assembly, loads: Loads) -> None:
     """Refuse live loads of which the multiplier is no acceleration over g.
 
-    They must be the weight of the free blocks of the assembly turned, or that with the loads that these bear.
+    They must be the weight of the free blocks of the assembly turned one way, or that with the loads that these bear.
     """
     free = ~assembly.fixed
     live, own = np.linalg.norm(loads.live[free, :3], axis=1).sum(), assembly.weights[free].sum()
@@ -225,6 +225,11 @@ def _check_weights(assembly: Assembly, loads: Loads) -> None:
         raise InputError(
             f"loads: the multiplier is an acceleration over g only where the live load is the weight of the blocks, "
             f"or that with what they bear; it is {live / own:.4g} of their weight. Make it by Loads.horizontal"
+        )
+    if np.linalg.norm(loads.live[free, :3].sum(axis=0)) < (1.0 - _WEIGHED) * live:
+        raise InputError(
+            "loads: the live loads of the blocks point in different directions, and the ground accelerates all of them "
+            "in one. Make them by Loads.horizontal"
         )
 
 

@@ -74,7 +74,7 @@ def _with_range(value: Any, where: str) -> tuple[float, float, float]:
     except (TypeError, ValueError):
         raise InputError(f"{where}: {value!r} is not a number or a range of numbers") from None
     if len(numbers) in (1, 2):
-        low, high = min(numbers), max(numbers)
+        low, high = float(np.min(numbers)), float(np.max(numbers))  # NaN where one is: that row is counted, not drawn
         return low, 0.5 * (low + high), high
     if len(numbers) == 3 and numbers[0] <= numbers[1] <= numbers[2]:
         return numbers[0], numbers[1], numbers[2]

@@ -148,6 +148,9 @@ def test_a_multiplier_that_is_no_acceleration_over_g_is_refused():
         lm.assess(made, loads.scaled(live=0.5), SITE)
     with pytest.raises(InputError, match="is an acceleration over g only where"):
         lm.assess(made, lm.Loads.weight(made).with_point_load(made, 2, (100.0, 0, 0)), SITE)
+    apart = np.where(np.arange(made.n_blocks)[:, None] == 1, -1.0, 1.0) * loads.live
+    with pytest.raises(InputError, match="different directions, and the ground accelerates all of them in one"):
+        lm.assess(made, lm.Loads(loads.dead, apart), SITE)
     d, alpha = overturning()
     newton, top = made.weights[1:].sum(), {"control": "live", "confidence_factor": 1.0}
     with pytest.raises(InputError, match="curve: it is in N over m"):

@@ -311,6 +311,10 @@ def test_comparison_errors_name_the_row():
         figures.predicted_against_published([("a", 1, (3, 2, 1))])
     with pytest.raises(ValueError, match="none of the 1 rows"):
         figures.predicted_against_published([("a", math.nan, 1)])
+    # a range with an end that is not known has no value, whichever end it is
+    for ends in ((1.0, math.nan), (math.nan, 1.0)):
+        told = texts(figures.predicted_against_published([("a", ends, 1.0), ("b", 1.0, 1.0)]))
+        assert "1 without a finite value not shown" in " ".join(told.split())
     with pytest.raises(ValueError, match="row 'a' is not positive"):
         figures.predicted_against_published([("a", 0.0, 1.0), ("b", 1.0, 1.0)], log=True)
 
