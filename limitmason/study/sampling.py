@@ -44,8 +44,9 @@ class Running(ReadOnly):
 
     @property
     def variation(self) -> Array:
-        """Coefficient of variation [-], shape (k,)."""
-        return np.asarray(self.deviation / np.abs(self.mean))
+        """Coefficient of variation [-], shape (k,); NaN where the mean is zero, which has none."""
+        nothing = np.full(len(self.mean), np.nan)
+        return np.divide(self.deviation, np.abs(self.mean), out=nothing, where=self.mean != 0.0)
 
     @property
     def mean_error(self) -> Array:

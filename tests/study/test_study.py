@@ -341,6 +341,13 @@ def test_more_contact_points_take_the_torsion_of_the_dem_to_uniform_pressure_but
     assert found.where(method="associative")["multiplier"] == pytest.approx([math.sqrt(0.5)] * 3, rel=1e-6)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_column_of_zeros_has_no_coefficient_of_variation_and_never_enough_runs():
+    none_fell = study.Table(tuple({"failed": 0.0} for _ in range(50)))
+    assert "CoV nan %" in str(study.running(none_fell, "failed"))
+    assert not study.Stop("failed")(none_fell)
+
+
 def test_a_size_that_is_asked_for_twice_is_one_row():
     found = study.block_size_study(BRICKS, (1, 1.0), vary="in plane")
     assert list(found["size"]) == [1.0, 1.0]  # of the wall, and of one piece of it
