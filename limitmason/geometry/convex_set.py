@@ -59,6 +59,15 @@ def nearest_in_hull(points: Array, w: Array, rays: Array | None = None) -> Array
     return np.asarray((share[: len(points)] @ points + scale * (share[len(points) :] @ rays)) / total)
 
 
+def positively_spans(vectors: Array) -> bool:
+    """Whether sums of vectors, shape (n, k), with shares from zero up reach every direction.
+
+    Half-spaces with these normals then bound a set.
+    """
+    axes = np.eye(vectors.shape[1])
+    return len(vectors) > 0 and all(nnls(vectors.T, d)[1] < _RAYS_ALIKE for d in (*axes, *-axes))
+
+
 def extreme_rays(rays: Array) -> Array:
     """Those of unit rays, shape (r, k), that are no positive sum of others."""
     # nnls gives the distance that is left to the nearest such sum

@@ -15,7 +15,13 @@ from limitmason.answers.results import Bound, BoundKind, Prediction, Resultants,
 from limitmason.arrays import Array
 from limitmason.checks import count, instance, positive, several
 from limitmason.errors import InputError, NotConverged
-from limitmason.geometry.convex_set import corners_of_half_spaces, extreme_points, extreme_rays, nearest_in_hull
+from limitmason.geometry.convex_set import (
+    corners_of_half_spaces,
+    extreme_points,
+    extreme_rays,
+    nearest_in_hull,
+    positively_spans,
+)
 from limitmason.limit.load_set import HalfPlane, LoadRegion
 from limitmason.limit.program.clarabel_solver import opening_motion, solve_static
 from limitmason.limit.program.cones import make_cones
@@ -316,11 +322,12 @@ def _closed(
     axes = [sign * np.eye(k)[i] for i in range(k) for sign in (1.0, -1.0)]
     first = [support(d, within) for d in axes]
     if within is None and any(found.status == Status.UNBOUNDED for found in first):
-        # cut the set where it is certainly far from the origin: at least where a load is as large as the dead one
-        ends = [np.abs(found.multipliers) for found in first if found.status == Status.SOLVED]
-        within = np.maximum(FAR * np.max(ends, axis=0), support.unit) if ends else FAR * support.unit
+        within = _far(first, support.unit)
         first = [support(d, within) for d in axes]
     planes = [found.half_plane for found in first if found.half_plane is not None]
+    if within is None and not positively_spans(np.array([p.normal for p in planes]).reshape(-1, k)):
+        # of wedged blocks no motion proves an end: the set is cut there too, and stays open
+        within = _far(first, support.unit)
     limits = np.full(k, np.inf) if within is None else within
     if any(found.status == Status.CANNOT_STAND for found in first):
         # empty where a half-plane lies wholly beyond the box of multipliers that were asked for; without such limits
@@ -357,6 +364,16 @@ def _closed(
         names=names, status="closed" if gap <= tolerance else "not closed", corners=inner[keep],
         forces=tuple(carried[i][1] for i in keep), outside=tuple(planes), gap=gap, within=limits,
     )
+
+
+def _far(first: list[_Farthest], unit: Array) -> Array:
+    """Multipliers certainly far from the origin, at which a set is cut [-], shape (k,).
+
+    They are at least those at which a load is as large as the dead one, ``unit`` (k,). ``first`` are the farthest
+    points along the axes.
+    """
+    ends = [np.abs(found.multipliers) for found in first if found.status == Status.SOLVED]
+    return np.maximum(FAR * np.max(ends, axis=0), unit) if ends else FAR * unit
 
 
 def _outwards(inner: Array, planes: list[HalfPlane], extent: Array, tolerance: float) -> tuple[list[Array], float]:

@@ -253,3 +253,20 @@ def test_limits_on_a_bounded_region_cost_no_search_for_its_directions_without_en
     found = lm.load_region(model, lm.Loads.weight(model), two_pushes(model), within=0.2)
     assert (found.status, len(found.cone)) == ("closed", 0)
     assert len(solved) < 30
+
+
+def test_a_block_between_floor_and_ceiling_has_a_region_though_no_motion_opens_its_joints():
+    """Two glued faces of 1 m2 and 5 kPa carry 10 kN either way; that ended in an error of numpy's."""
+    infill = lm.Assembly.from_polyhedra(
+        [box((-1, 0, -1), (4, 1, 0)), box((-1, 0, 1), (4, 1, 2)), box((0, 0, 0), (1, 1, 1))],
+        joint=lm.Joint(0.0, cohesion=5e3), fixed=[0, 1],
+    )
+    dead = lm.Loads.weight(infill)
+    push, across = (dead.with_point_load(infill, 2, force) for force in ((1e3, 0, 0), (0, 1e3, 0)))
+    one = lm.load_region(infill, dead, [push])
+    assert sorted(one.corners[:, 0]) == pytest.approx([-10.0, 10.0], rel=1e-6)
+    assert one.contains([9.9])
+    assert one.contains([11.0]) is not True
+    both = lm.load_region(infill, dead, [push, across], most=40)
+    assert both.contains([6.9, 6.9])
+    assert both.contains([7.2, 7.2]) is not True
