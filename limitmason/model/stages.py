@@ -136,7 +136,7 @@ class Hold(Stage):
     Parameters
     ----------
     steps : length of the stage [-]; or
-    duration : its length [s]
+    duration : its length [s], of dynamic runs alone
     """
 
     steps: int | None = None
@@ -151,7 +151,7 @@ class Ramp(Stage):
     ----------
     to : multiplier at the end [-]
     steps : length of the stage [-]; or
-    duration : its length [s]
+    duration : its length [s], of dynamic runs alone
     """
 
     to: float = 1.0
@@ -175,7 +175,7 @@ class Tilt(Stage):
     ----------
     to_deg : tilt angle at the end [deg]
     steps : length of the stage [-]; or
-    duration : its length [s]
+    duration : its length [s], of dynamic runs alone
     axis : horizontal axis the table turns about by the right-hand rule, shape (3,); a table that an earlier stage
         turned about another one goes to this end by the shortest way
     """
@@ -202,7 +202,7 @@ class Drive(Stage):
     displacement : by block name or number: {"x": 0.01, ...} [m] or [rad], travelled linearly in the stage; the degrees
         of freedom named are held in this stage and released after it unless ``keep``
     steps : length of the stage [-]; or
-    duration : its length [s]
+    duration : its length [s], of dynamic runs alone
     keep : hold these degrees of freedom after the stage too
     calm : stand still while the kinetic energy is above this part of the elastic one [-], quasi-static runs only; the
         steps in which it waits come on top of ``steps``. None goes on whatever happens
