@@ -89,3 +89,9 @@ def test_a_stack_that_stands_has_no_falling_blocks():
     assembly = stack([(1.0, 1.0), (0.8, 0.5)])
     prediction = lm.limit_analysis(assembly, lm.Loads.horizontal(assembly))
     assert "falling_blocks" not in prediction.details
+
+
+def test_a_structure_that_falls_has_no_bounds():
+    """An arch of t / R = 0.075 falls below 0.1075; it said 'no lower bound <= lambda <= nan'."""
+    arch = lm.build.arch(radius=2.0, thickness=0.15, width=1.0, voussoirs=15, joint=lm.Joint(45.0))
+    assert str(lm.limit_bracket(arch, lm.Loads.horizontal(arch))) == "no bounds of lambda: cannot stand under dead load"

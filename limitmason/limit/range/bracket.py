@@ -34,9 +34,11 @@ class Bracket:
 
     def __str__(self) -> str:
         """Both bounds on one line."""
-        low = self.lower.collapse_multiplier
+        low, high = self.lower.collapse_multiplier, self.upper.collapse_multiplier
+        if math.isnan(high):
+            return f"no bounds of lambda: {self.upper.status}"
         text = f"{self.lower.status} with phi = psi: no lower bound" if math.isnan(low) else f"{low:.6g}"
-        return f"{text} <= lambda <= {self.upper.collapse_multiplier:.6g} (Radenkovic)"
+        return f"{text} <= lambda <= {high:.6g} (Radenkovic)"
 
 
 @of_model
