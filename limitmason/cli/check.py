@@ -82,5 +82,7 @@ def _loaded(options: argparse.Namespace) -> tuple[Assembly, str]:
         console.refuse(options, ("tolerance", *console.DRAWING), "by a model or an experiment, which holds its own")
         subject = console.read_target(options.target, needs_live_load=False)
         return subject.assembly, subject.title
+    if path.suffix.lower() in lm.formats.PLANE_DRAWINGS and options.thickness is None:
+        console.say("assumed: thickness 1 m over all outlines")
     settings = {"tolerance": options.tolerance, "thickness": options.thickness, **console.outline_settings(options)}
     return lm.formats.read_drawing(path, **settings), path.stem
