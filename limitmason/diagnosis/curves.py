@@ -31,7 +31,8 @@ def features(specimen: Any, curve: Curve, *, load_error: float, displacement_err
     The stiffness is that between 10 and 40 % of the peak, over a difference of displacements d: its relative error is
     :math:`\sqrt{2 l^2 + 2 (e / d)^2}` by the errors l and e of the columns. The drift at the peak is known no better
     than half the range in which the load is within 2 l of the peak. What is known no better than itself, is not
-    positive, or cannot be read, is left out, with a warning. Another warns of a record that does not begin at zero.
+    positive, or cannot be read, is left out, with a warning. Another warns of a record that does not begin at zero. The
+    residual is the load at the largest displacement: a model is to be read there, not where its own curve ends.
 
     Parameters
     ----------

@@ -228,10 +228,12 @@ class Findings(Displayed, Citable, ReadOnly):
         Raises
         ------
         InputError
-            Where no single cause is left, or the later study has no values or states no noise.
+            Where no single cause is left, and for what is no study or has no values or states no noise.
         """
         if len(self.causes) != 1 or self.pairs:
             raise InputError(f"one cause must be left to be confirmed; the verdict is {self.kind}")
+        if not isinstance(getattr(later, "noise", None), Noise):
+            raise InputError(f"later must be a Study of the values measured afterwards, got {later!r}")
         if later.measured is None or later.noise.kind == "unknown":
             raise InputError("what is to confirm a cause needs measured values with a stated noise")
         cause, found = self.by_name[self.causes[0]], self.estimates[self.causes[0]]

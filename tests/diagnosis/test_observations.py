@@ -371,6 +371,8 @@ def test_a_cause_is_confirmed_by_values_that_it_predicted_and_rejected_where_the
     assert later.kind == "deformation and vibration"
     other = found.confirmed_by(several_kinds(observed(seed=2, only=("stiffness", "frequency 1"))))
     assert other.absent
+    with pytest.raises(InputError, match="later must be a Study of the values measured afterwards, got"):
+        found.confirmed_by([0.3, 0.4])  # ended in Python's AttributeError
     with pytest.raises(InputError, match="one cause must be left"):
         several_kinds(observed()).diagnose(LISTED).confirmed_by(several_kinds(observed()))
 
