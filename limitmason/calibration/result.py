@@ -326,7 +326,8 @@ class Fit(ReadOnly):
         p = self.objective
         kept = [k for k, e in enumerate(p.entries) if e.relative]
         if refit is None:
-            held = [n for n, both in zip(p.scale.names, self._held().all(axis=0).tolist(), strict=True) if both]
+            sides = self._held()
+            held = [n for k, n in enumerate(p.scale.names) if sides[:, k].all()]
             refit = held if len(held) <= MOST_REFITTED else ()
         # a fit that misses its targets by more than their scatter knows its parameters less well than its slopes say
         strained = math.sqrt(max(self.misfit / max(p.n - len(p.scale), 1), 1.0)) if p.known else 1.0
