@@ -12,6 +12,7 @@ import numpy as np
 
 from limitmason.capacity.analysis import whole_pushover
 from limitmason.capacity.kinematics import motion_between
+from limitmason.capacity.outcomes import PathEnd
 from limitmason.capacity.result import PushoverCurve
 from limitmason.capacity.step_length import Steps
 from limitmason.checks import choice, instance, positive
@@ -91,6 +92,13 @@ class WallCurve:
     def peak(self) -> float:
         """Largest force [kN], NaN of a wall without a curve."""
         return max(self.force, default=math.nan)
+
+    @property
+    def cut_short(self) -> str:
+        """That the curve stopped before its force had fallen to 0.9 of the largest, in words; "" where it did not."""
+        if self.status != PathEnd.STOPPED or min(self.force[int(np.argmax(self.force)) :]) <= FALLEN * self.peak:
+            return ""
+        return f"its curve stopped at a drift of {self.drift[-1]:.2g} %, before the force fell: the largest so far"
 
     @property
     def mode(self) -> str:

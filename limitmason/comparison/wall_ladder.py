@@ -64,7 +64,8 @@ class WallPrediction(NamedTuple):
     rocks : force over that of the wall rocking in one piece [-], but 1 or 0 of formulas and curves, which name the mode
         themselves
     inside : the mode by what gave way inside the wall, see :func:`wall_modes.mode_inside`
-    status : "solved", or why there is no answer; beside a force, why there is no spread
+    status : "solved", or why there is no answer; beside a force, why there is no spread, or that its curve ended before
+        it had a peak
     seconds : processor time
     """
 
@@ -179,7 +180,7 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
         return row
     solve = _SOLVERS[method]
     try:
-        row["force"], row["rocks"], row["inside"] = solve(test)
+        row["force"], row["rocks"], row["inside"], ended = solve(test)
         if spread:
             unused = _UNUSED["formulas" if method == "formulas" else test.options["cracks"]]
             # each at one standard normal deviate above its median, or above the value that an option gives
@@ -189,7 +190,7 @@ def predict_wall(wall: str, method: str, options: Mapping[str, Any], spread: boo
             ]
             row["spread"] = float(np.linalg.norm(np.log(np.array(moved) / row["force"])))
         known = method == "formulas" or test.row["head_joints"]  # no formula asks for them
-        row["status"] = "solved" if known else "solved; head joints unknown, taken as not filled"
+        row["status"] = ended if known else f"{ended}; head joints unknown, taken as not filled"
     except (InputError, NotApplicable, NotConverged) as refusal:
         row["status"] = str(refusal)
     return {**row, "seconds": time.process_time() - begun}
@@ -203,11 +204,13 @@ class _Solved(NamedTuple):
     force : [kN]
     rocks : force over that of the wall rocking in one piece, or 1 or 0 of what names the mode itself [-]
     inside : mode by what gave way inside the wall
+    ended : "solved", or that a curve may not have come to its peak
     """
 
     force: float
     rocks: float
     inside: str
+    ended: str = "solved"
 
 
 _UNUSED = {"formulas": ("fb",), "diagonal strength": ("fb",), "unit strength": ("ft",), "none": ("fb", "ft")}
@@ -264,7 +267,8 @@ def _by_curve(test: Experiment, by: str = "pushover") -> _Solved:
     found = wall_curve(test, by=by)
     if not found.force:
         raise NotConverged(f"{test.name}: {found.status}")
-    return _Solved(found.peak, 1.0 if found.mode == "F" else 0.0, found.mode)  # the curve itself names the mode
+    # the curve itself names the mode
+    return _Solved(found.peak, 1.0 if found.mode == "F" else 0.0, found.mode, found.cut_short or "solved")
 
 
 _SOLVERS: Mapping[str, Callable[[Experiment], _Solved]] = {

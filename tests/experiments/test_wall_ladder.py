@@ -8,6 +8,7 @@ import pytest
 from limitmason import experiments
 from limitmason.cli import main
 from limitmason.comparison import wall_ladder
+from limitmason.comparison.wall_curves import WallCurve
 from limitmason.comparison.wall_ladder import (
     LADDER,
     MODEL_SPREAD,
@@ -45,6 +46,19 @@ def test_wall_without_shear_span_is_named_and_unknown_methods_are_refused():
         predict_walls("formula")
     with pytest.raises(InputError, match="no specimen '199'"):
         predict_walls("formulas", ["199"])
+
+
+@pytest.mark.parametrize(("status", "force", "words"), [
+    ("stopped", [0.0, 30.0, 45.1], "its curve stopped at a drift of 0.1 %, before the force fell: the largest so far"),
+    ("stopped", [0.0, 45.1, 40.0], "solved"),
+    ("reached", [0.0, 30.0, 45.1], "solved"),
+])
+def test_a_curve_that_stops_before_its_force_falls_is_no_solution(monkeypatch, status, force, words):
+    still = {name: [0.0, 0.1, 0.1] for name in ("slid", "slips", "apart", "past")}
+    curve = WallCurve(wall="22", drift=[0.0, 0.05, 0.1], force=force, status=status, **still)
+    monkeypatch.setattr(wall_ladder, "wall_curve", lambda *_, **__: curve)
+    (found,) = predict_walls("pushover", ["22"], spread=False)
+    assert (found.force, found.status) == (45.1, words)
 
 
 def test_interval_is_that_of_inputs_and_model_and_holds_nine_in_ten():
