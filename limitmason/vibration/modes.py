@@ -145,8 +145,9 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
     Raises
     ------
     InputError
-        When a free block has no mass, fewer modes exist than asked for, or the model cannot vibrate; for an option that
-        it does not take.
+        When a free block has no mass, fewer modes exist than asked for, or the model cannot vibrate.
+    TypeError
+        For an option that the model's vibration does not take.
     NotConverged
         When the iteration for the modes fails, or misses one that was counted.
 
@@ -163,7 +164,7 @@ def modes(model: Assembly | Vibrates, count: int = 3, **options: Any) -> Modes:
     for name in options:
         if name not in taken and not any(p.kind is p.VAR_KEYWORD for p in taken.values()):
             known = ", ".join(taken) or "none"
-            raise InputError(f"modes: there is no option {name!r} of this {type(model).__name__}; there are {known}")
+            raise TypeError(f"modes: there is no option {name!r} of this {type(model).__name__}; there are {known}")
     return solved(vibrates(**options), count)
 
 

@@ -197,7 +197,7 @@ def test_a_model_that_moves_in_its_plane_alone_is_compared_with_one_in_space():
 
 def test_an_option_that_a_model_does_not_take_is_refused_by_name():
     column = lm.build.column(width=0.4, depth=0.3, unit_height=0.2, courses=2, joint=lm.Joint(35.0))
-    with pytest.raises(InputError, match="no option 'grid' of this Assembly; there are contact_points, contact_model"):
+    with pytest.raises(TypeError, match="no option 'grid' of this Assembly; there are contact_points, contact_model"):
         lm.modes(column, 2, grid=(4, 4))
     with pytest.raises(InputError, match="sensors must be a list, got 5"):
         lm.mac(np.ones((1, 2)), np.ones((1, 2)), sensors=5)
