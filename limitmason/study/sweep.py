@@ -120,15 +120,20 @@ def _check_points(
 ) -> None:
     """Refuse rows of a store whose point is another one, as where the list has changed and a given key has not.
 
+    A point is told by what differs among the points. What all have in common, as a limit of time, may be another in a
+    later call with the key.
+
     Parameters
     ----------
     rows : that the store holds, by number of their point
     points : all of them
     store : its file
     """
+    shown = [plain(_shown(p)) for p in points] if rows else []
+    alike = {n for n, v in shown[0].items() if all(same_entry(p.get(n), v) for p in shown)} if len(shown) > 1 else set()
     for k, row in rows.items():
-        for name, value in plain(_shown(points[k])).items():
-            if name not in row or not same_entry(row[name], value):
+        for name, value in shown[k].items():
+            if name not in alike and (name not in row or not same_entry(row[name], value)):
                 raise InputError(
                     f"{store}: run {k} is of another point, {name} = {row.get(name)!r} in place of {value!r}: the "
                     "points have changed, the key has not; give another key and file, or put new points behind the "
