@@ -13,7 +13,7 @@ import numpy as np
 from limitmason.answers.method import hyphened
 from limitmason.answers.results import Prediction
 from limitmason.checks import choice, listener, several
-from limitmason.comparison.wall_curves import wall_curve
+from limitmason.comparison.wall_curves import TRIES, wall_curve
 from limitmason.comparison.wall_modes import mode_inside, rocking_force
 from limitmason.display.progress import reached, watched
 from limitmason.errors import InputError, NotApplicable, NotConverged
@@ -142,7 +142,8 @@ def predict_walls(
     names = [walls] if isinstance(walls, str) else list(several("walls", walls, str))
     chosen = {} if method == "formulas" else {**MODELS.get(method, MODELS["extended"]), **(options or {})}
     memo = Memo(store, kind=dict)
-    asked = fingerprint(method, dict(chosen), spread)  # answers of other options are told apart in the store
+    # answers of other options are told apart in the store, and of paths that may take another number of tries
+    asked = fingerprint(method, dict(chosen), spread, *[TRIES] * (method == "pushover"))
     keys = {(name, method, asked): name for name in names}
     jobs = {k: {"wall": n, "method": method, "options": chosen, "spread": spread} for k, n in keys.items()}
     missing, begun = sum(k not in memo for k in keys), time.perf_counter()

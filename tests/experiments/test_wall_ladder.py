@@ -61,6 +61,21 @@ def test_a_curve_that_stops_before_its_force_falls_is_no_solution(monkeypatch, s
     assert (found.force, found.status) == (45.1, words)
 
 
+def test_answers_of_paths_with_fewer_tries_are_not_read_back(monkeypatch, tmp_path):
+    still = {name: [0.0, 0.1, 0.1] for name in ("slid", "slips", "apart", "past")}
+    forces = iter((45.1, 59.5))
+
+    def pushed(*_, **__):
+        return WallCurve(wall="110", drift=[0.0, 0.1, 0.4], force=[0.0, next(forces), 1.0], status="reached", **still)
+
+    monkeypatch.setattr(wall_ladder, "wall_curve", pushed)
+    found = []
+    for tries in (100, 400, 400):
+        monkeypatch.setattr(wall_ladder, "TRIES", tries)
+        found += predict_walls("pushover", ["110"], spread=False, store=tmp_path / "walls.jsonl")
+    assert [f.force for f in found] == [45.1, 59.5, 59.5]
+
+
 def test_interval_is_that_of_inputs_and_model_and_holds_nine_in_ten():
     # rocking governs wall 142: ln V = ln s0 + ln(1 - s0 / .85 fc) + ..., and only load and strength move it
     (found,) = predict_walls("formulas", ["142"])
