@@ -61,6 +61,7 @@ def extrados(assembly: Assembly) -> list[Strip]:
     """
     strips = []
     faces, touched = outer_faces_touched(assembly)
+    bounds = np.array([b.bounds for b in assembly.blocks])
     for f in np.flatnonzero((faces.normal[:, 2] > _UP) & ~assembly.fixed[faces.part]).tolist():
         corners, n, k = faces.corners[f], faces.normal[f], int(faces.part[f])
         # a strip has one height at every x
@@ -71,7 +72,7 @@ def extrados(assembly: Assembly) -> list[Strip]:
             raise InputError(f"block {name!r} has a face that slopes along y: axles cross arches in x-z")
         low, high = corners.min(axis=0), corners.max(axis=0)
         slope = -n[0] / n[2]
-        for start, end in _not_under(assembly, low, high) if touched[f] else [(low[0], high[0])]:
+        for start, end in _not_under(bounds, low, high) if touched[f] else [(low[0], high[0])]:
             height = float(corners[0, 2] + slope * (start - corners[0, 0]))
             strips.append(Strip(
                 block=k, start=float(start), end=float(end), z=height, slope=float(slope),
@@ -80,23 +81,23 @@ def extrados(assembly: Assembly) -> list[Strip]:
     return sorted(strips, key=lambda s: s.start)
 
 
-def _not_under(assembly: Assembly, low: Array, high: Array) -> list[tuple[float, float]]:
+def _not_under(bounds: Array, low: Array, high: Array) -> list[tuple[float, float]]:
     """Spans in x of a face over which no other block stands [m].
 
     Parameters
     ----------
+    bounds : lowest and highest x, y, z of every block [m], shape (n, 2, 3)
     low, high : lowest and highest x, y, z of the face [m], shape (3,)
     """
     start, end = float(low[0]), float(high[0])
     least, middle = _BARE * (end - start), 0.5 * (low[2] + high[2])
-    over = []
-    for bottom, top in (b.bounds for b in assembly.blocks):
-        beside = min(top[1], high[1]) - max(bottom[1], low[1])
-        # over the middle of an inclined face: the next stone of an arch may end no higher than the joint below it
-        if top[2] - middle > least and beside > _BARE * (high[1] - low[1]):
-            over.append((float(bottom[0]), float(top[0])))
+    bottom, top = bounds[:, 0], bounds[:, 1]
+    beside = np.minimum(top[:, 1], high[1]) - np.maximum(bottom[:, 1], low[1])
+    # over the middle of an inclined face: the next stone of an arch may end no higher than the joint below it
+    over = (top[:, 2] - middle > least) & (beside > _BARE * (high[1] - low[1]))
+    over &= (top[:, 0] > start) & (bottom[:, 0] < end)  # what stands elsewhere covers nothing
     spans, at = [], start
-    for left, right in [*sorted(over), (end, end)]:
+    for left, right in [*sorted(zip(bottom[over, 0].tolist(), top[over, 0].tolist(), strict=True)), (end, end)]:
         if min(left, end) - at > least:
             spans.append((at, min(left, end)))
         at = max(at, right)
